@@ -1,1 +1,37 @@
-"""ifs."""
+"""Matrices in, attractors out: the engine, its certificates and the meshes that it draws."""
+
+from ifs.bounds import Box, bounds, extent, sample
+from ifs.complex import Complex, initial, refine, refined
+from ifs.convergence import Convergence, convergence, require_contraction
+from ifs.drawing import draw, mesh
+from ifs.error import EmptyAttractor, NotContracting, Undecided
+from ifs.mesh import Mesh
+from ifs.pieces import Pieces, pieces
+from ifs.shape import Shape, shape
+from ifs.system import State, System
+
+__all__ = [
+    "Box",
+    "Complex",
+    "Convergence",
+    "EmptyAttractor",
+    "Mesh",
+    "NotContracting",
+    "Pieces",
+    "Shape",
+    "State",
+    "System",
+    "Undecided",
+    "bounds",
+    "convergence",
+    "draw",
+    "extent",
+    "initial",
+    "mesh",
+    "pieces",
+    "refine",
+    "refined",
+    "require_contraction",
+    "sample",
+    "shape",
+]

@@ -6,7 +6,7 @@ from dataclasses import dataclass
 import numpy as np
 from jaxtyping import Float
 
-Operator = Float[np.ndarray, "points target_points"]
+Operator = Float[np.ndarray, "_points _target_points"]
 
 
 @dataclass(frozen=True)

@@ -1,0 +1,203 @@
+"""The voxels that an attractor touches."""
+
+import math
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import no_type_check
+
+import numba
+import numpy as np
+from jaxtyping import Bool, Float
+
+from export.voxels import Voxels
+from ifs import Shape, bounds, extent, pieces, sample
+
+TOLERANCE = 1e-7
+"""How far, in pitches, a point may lie outside the closed voxels of its cover: the rounding allowed for when
+the pieces of a lattice fractal end exactly on the faces of voxels."""
+
+MOST_VOXELS = 1_500_000_000
+
+Progress = Callable[[str, float], None]
+
+
+class TooManyVoxels(MemoryError):
+    """The grid would not fit in memory; `voxels` says how many there would be."""
+
+    def __init__(self, resolution: int, voxels: int):
+        self.voxels = voxels
+        super().__init__(
+            f"a resolution of {resolution} needs a grid of {voxels:.3g} voxels; "
+            f"the limit is {MOST_VOXELS:.3g}. Lower the resolution"
+        )
+
+
+@dataclass(frozen=True)
+class Cover:
+    """A cover of an attractor: every point of it lies in a filled voxel.
+
+    `points` holds for each filled voxel, in the order of `np.argwhere(voxels.filled)`, a point of the
+    attractor in or near it (mm), or the voxel's centre where none was met; None where not asked for.
+    `distance` bounds how far any point of the filled voxels is from the attractor (mm).
+    """
+
+    voxels: Voxels
+    points: Float[np.ndarray, "filled 3"] | None
+    distance: float
+
+
+def cover(
+    shape: Shape,
+    resolution: int = 200,
+    depth: int | None = None,
+    *,
+    with_points: bool = False,
+    progress: Progress | None = None,
+) -> Cover:
+    """The voxels met by the boxes of the pieces of a shape, on a grid of its own bounding box.
+
+    The longest side of the box has `resolution` voxels; a plane shape lies in the middle of one layer.
+    Pieces are subdivided until their certified box is no larger than a voxel, so that no filled voxel
+    is farther than `2 sqrt(3)` pitches from the attractor; with `depth`, the boxes of the pieces at
+    exactly that level are filled (the sponge at level n, as a solid). A box that ends on the face of a
+    voxel, to within `TOLERANCE`, does not fill the voxel behind it.
+
+    Raises `ValueError` for a shape that is a single point or has more than 3 dimensions, `TooManyVoxels`,
+    `ifs.NotContracting`.
+
+    >>> import ifs
+    >>> cover(ifs.shape("menger-sponge"), 27, depth=3).voxels.count
+    8000
+    """
+    control = shape.control
+    if control.shape[1] > 3:
+        raise ValueError(f"voxels are for shapes of up to 3 dimensions, found {control.shape[1]}")
+    control = np.pad(control, ((0, 0), (0, 3 - control.shape[1])))
+    low, high = bounding_box(shape)
+    pitch = float((high - low).max()) / resolution
+    if not pitch > 0:
+        raise ValueError("the shape is a single point: nothing to voxelise")
+    size = np.maximum(np.ceil((high - low) / pitch - TOLERANCE), 1).astype(int)
+    if math.prod(size.tolist()) > MOST_VOXELS:
+        raise TooManyVoxels(resolution, math.prod(size.tolist()))
+    origin = (low + high - size * pitch) / 2
+    filled = np.zeros(tuple(size), dtype=np.bool_)
+    nearest = _Nearest(shape, filled.shape) if with_points else None
+
+    def covered(lo: np.ndarray, hi: np.ndarray) -> Bool[np.ndarray, "count"]:
+        return _all_filled(filled, *_ranges(lo, hi, origin, pitch, filled.shape))
+
+    largest = pitch * (1 + TOLERANCE) / (2 if with_points else 1)
+    stop = {"depth": depth} if depth is not None else {"size": largest}
+    skip = covered if nearest is None and depth is None else None
+    for batch in pieces(shape.system, control, skip=skip, **stop):
+        first, last = _ranges(batch.lo, batch.hi, origin, pitch, filled.shape)
+        _fill(filled, first, last)
+        if nearest is not None:
+            nearest.offer(batch.cell, (batch.control - origin) / pitch)
+        if progress:
+            progress("voxels", batch.done)
+    voxels = Voxels(filled, origin, pitch)
+    points = None if nearest is None else origin + pitch * nearest.points(filled)
+    reach = pitch if depth is None else _diameter(shape, depth)
+    return Cover(voxels, points, reach * math.sqrt(3) + pitch * math.sqrt(3))
+
+
+def bounding_box(shape: Shape) -> tuple[Float[np.ndarray, "3"], Float[np.ndarray, "3"]]:
+    """The corners, in mm, of the box that bounds a shape; a plane shape has z = 0."""
+    lo, hi = extent(bounds(shape.system)[shape.system.shape], shape.control[None])
+    missing = 3 - shape.control.shape[1]
+    return np.pad(lo[0], (0, missing)), np.pad(hi[0], (0, missing))
+
+
+def lattice_resolution(shape: Shape, depth: int) -> int | None:
+    """How many voxels along the longest side make every piece at a depth a whole number of voxels.
+
+    None when the pieces' boxes are not equal cubes on a lattice.
+
+    >>> import ifs
+    >>> lattice_resolution(ifs.shape("menger-sponge"), 2)
+    9
+    """
+    low, high = bounding_box(shape)
+    longest = float((high - low).max())
+    side = None
+    for batch in pieces(shape.system, shape.control, depth=depth):
+        sides = batch.hi - batch.lo
+        side = float(sides[0, 0]) if side is None else side
+        places = (batch.lo - low[: sides.shape[1]]) / side if side > 0 else np.full_like(sides, 0.5)
+        if np.abs(sides - side).max() > 1e-9 * longest or np.abs(places - np.round(places)).max() > 1e-6:
+            return None
+    return round(longest / side) if side else None
+
+
+def _diameter(shape: Shape, depth: int) -> float:
+    return max(float((b.hi - b.lo).max()) for b in pieces(shape.system, shape.control, depth=depth))
+
+
+def _ranges(lo, hi, origin, pitch: float, grid: tuple[int, ...]):
+    """First and last voxel of boxes along each axis."""
+    top = np.array(grid) - 1
+    first = np.floor((lo - origin) / pitch + TOLERANCE).astype(np.int64)
+    last = np.ceil((hi - origin) / pitch - TOLERANCE).astype(np.int64) - 1
+    first = np.clip(first, 0, top)
+    return first, np.clip(last, first, top)
+
+
+class _Nearest:
+    """For each voxel, the point offered that is nearest to its centre (in pitches from the origin)."""
+
+    def __init__(self, shape: Shape, grid: tuple[int, ...]):
+        self.samples = sample(shape.system)
+        self.best = np.full(grid, np.inf, dtype=np.float32)
+        self.place = np.zeros((*grid, 3), dtype=np.float32)
+
+    def offer(self, cell: str, control: Float[np.ndarray, "pieces points 3"]) -> None:
+        _offer(self.best, self.place, np.einsum("j,cjd->cd", self.samples[cell], control))
+
+    def points(self, filled: np.ndarray) -> Float[np.ndarray, "filled 3"]:
+        index = np.argwhere(filled)
+        found = np.isfinite(self.best[filled])
+        return index + np.where(found[:, None], self.place[filled], np.float32(0.5)).astype(np.float64)
+
+
+@numba.njit(cache=True)
+@no_type_check
+def _fill(filled, first, last):
+    for n in range(len(first)):
+        for i in range(first[n, 0], last[n, 0] + 1):
+            for j in range(first[n, 1], last[n, 1] + 1):
+                for k in range(first[n, 2], last[n, 2] + 1):
+                    filled[i, j, k] = True
+
+
+@numba.njit(cache=True)
+@no_type_check
+def _all_filled(filled, first, last):
+    result = np.ones(len(first), dtype=np.bool_)
+    for n in range(len(first)):
+        # Large boxes are not worth searching: their pieces are asked about later.
+        if (last[n] - first[n]).max() > 3:
+            result[n] = False
+            continue
+        for i in range(first[n, 0], last[n, 0] + 1):
+            for j in range(first[n, 1], last[n, 1] + 1):
+                for k in range(first[n, 2], last[n, 2] + 1):
+                    if not filled[i, j, k]:
+                        result[n] = False
+    return result
+
+
+@numba.njit(cache=True)
+@no_type_check
+def _offer(best, place, points):
+    for n in range(len(points)):
+        voxel = np.floor(points[n]).astype(np.int64)
+        i, j, k = voxel
+        if min(i, j, k) < 0 or i >= best.shape[0] or j >= best.shape[1] or k >= best.shape[2]:
+            continue
+        offset = points[n] - voxel
+        distance = ((offset - 0.5) ** 2).sum()
+        if distance < best[i, j, k]:
+            best[i, j, k] = distance
+            place[i, j, k] = offset

@@ -1,0 +1,183 @@
+"""What each piece of a shape draws, and the mesh of all pieces with shared vertices."""
+
+from itertools import pairwise, product
+
+import numpy as np
+from jaxtyping import Float, Int
+
+from automata.automaton import Cell, Word
+from automata.error import AutomatonError
+from automata.topology import Topology, embedding
+from ifs.bounds import bounds, extent, sample
+from ifs.complex import Complex, initial, refined
+from ifs.mesh import Mesh
+from ifs.shape import Shape
+
+_BOX_FACES = {  # by dimension; corner i of a box has the upper end of axis a where bit a of i is set
+    1: ((0, 1),),
+    2: ((0, 1, 3, 2),),
+    3: ((0, 2, 3, 1), (4, 5, 7, 6), (0, 1, 5, 4), (2, 6, 7, 3), (0, 4, 6, 2), (1, 3, 7, 5)),
+}
+
+Positions = Float[np.ndarray, "vertices dim"]
+Faces = Int[np.ndarray, "faces corners"]
+
+
+def mesh(shape: Shape, depth: int) -> Mesh:
+    """The conformal mesh of a shape after `depth` subdivisions.
+
+    Its vertices are limit points, exact to rounding at any depth; neighbouring pieces share those that
+    the automaton glues. A cell without boundary draws the box that bounds it, unless its `figure`
+    says otherwise; then pieces share nothing. Raises `ValueError` for a negative depth.
+
+    >>> from ifs.shape import shape
+    >>> curve = mesh(shape("corner-cutting"), 3)
+    >>> curve.vertices.shape, curve.faces.shape
+    ((9, 2), (8, 2))
+    """
+    if depth < 0:
+        raise ValueError(f"the depth is 0 or more, found {depth}")
+    return draw(refined(initial(shape.topology, shape.system, shape.control), depth))
+
+
+def draw(complex_: Complex) -> Mesh:
+    """The mesh of the figures of all pieces of a complex: shared vertices first, then unshared ones."""
+    topology = complex_.topology
+    start: dict[str, int] = {}
+    total = 0
+    for state, count in complex_.counts.items():
+        if topology.is_point(state):
+            start[state] = total
+            total += count
+    dimension = next(iter(complex_.control.values())).shape[2]
+    vertices = [np.full((total, dimension), np.nan)]
+    faces: list[Faces] = []
+    for state, control in complex_.control.items():
+        cell = topology.automaton.cells[state]
+        corners = corner_paths(topology, state)
+        _check_figure(cell, len(corners))
+        if uses_corners(cell, corners):
+            faces.append(_corner_faces(complex_, cell, corners, start, vertices[0]))
+        else:
+            own, table = _own_figure(complex_, cell, control)
+            faces.append(np.where(table >= 0, table + total, -1))
+            vertices.append(own)
+            total += len(own)
+    return _without_unused(np.concatenate(vertices), _padded(faces))
+
+
+def uses_corners(cell: Cell, corners: tuple[Word, ...]) -> bool:
+    """Whether a cell draws the limit vertices of its boundary: when it has some and no figure of its own."""
+    figure = cell.figure
+    return len(corners) > 1 and (figure is None or not (figure.points or figure.kind == "box"))
+
+
+def _check_figure(cell: Cell, corners: int) -> None:
+    figure = cell.figure
+    if figure is None or figure.points or not figure.faces:
+        return
+    most = max(max(face) for face in figure.faces)
+    if most >= corners:
+        path = ("cells", cell.name, "figure")
+        raise AutomatonError(f"a face names corner {most}; the cell has {corners}, counted from 0", path=path)
+
+
+def corner_paths(topology: Topology, cell: str) -> tuple[Word, ...]:
+    """The boundary paths to the corners of a cell, in order around it.
+
+    Where every boundary is an edge with two ends, the edges are chained into a cycle; otherwise the
+    corners come in the order in which the boundaries list them, each once.
+    """
+    coincident = topology.coincident(cell)
+    ends = {p: topology.automaton.end(cell, p) for p in topology.boundaries(cell)}
+    corners = list(dict.fromkeys(coincident[p][0] for p, end in ends.items() if topology.is_point(end)))
+    edges = []
+    for label in topology.automaton.cells[cell].boundary:
+        inner = corner_paths(topology, topology.automaton.cells[cell].boundary[label].cell)
+        edges.append([coincident[(label, *path)][0] for path in inner])
+    if len(edges) > 2 and all(len(edge) == 2 for edge in edges):
+        return _cycle(edges) or tuple(corners)
+    return tuple(corners)
+
+
+def _cycle(edges: list[list[Word]]) -> tuple[Word, ...]:
+    """The corners met when the edges are walked end to end; nothing when they form no single cycle."""
+    rest = [list(edge) for edge in edges[1:]]
+    walk = list(edges[0])
+    while rest:
+        step = next((edge for edge in rest if walk[-1] in edge), None)
+        if step is None:
+            return ()
+        rest.remove(step)
+        walk.append(step[0] if step[1] == walk[-1] else step[1])
+    return tuple(walk[:-1]) if walk[0] == walk[-1] else ()
+
+
+def _corner_faces(
+    complex_: Complex, cell: Cell, corners: tuple[Word, ...], start: dict[str, int], vertices: Positions
+) -> Faces:
+    """The faces on shared vertices of all pieces of one state; fills in the vertices' positions."""
+    control = complex_.control[cell.name]
+    ids = np.arange(len(control))
+    columns = []
+    for path in corners:
+        end = complex_.topology.automaton.end(cell.name, path)
+        numbers = start[end] + complex_.boundary_at(cell.name, path, ids).ids
+        vertices[numbers] = np.einsum("j,cjd->cd", _limit(complex_, cell.name, path), control)
+        columns.append(numbers)
+    table = np.stack(columns, axis=1)
+    stated = cell.figure.faces if cell.figure and cell.figure.faces else (tuple(range(len(corners))),)
+    if cell.figure and cell.figure.kind == "segment":
+        stated = ((0, len(corners) - 1),)
+    return _padded([table[:, list(face)] for face in stated])
+
+
+def _limit(complex_: Complex, cell: str, path: Word) -> Float[np.ndarray, "points"]:
+    """The barycentric limit point, in a cell, of the point cell at the end of a boundary path."""
+    topology = complex_.topology
+    point = sample(complex_.system)[topology.automaton.end(cell, path)]
+    limit = np.zeros(topology.automaton.cells[cell].points)
+    for column, weight in zip(embedding(topology.automaton, cell, path), point, strict=True):
+        for row, value in column:
+            limit[row] += float(value) * weight
+    return limit
+
+
+def _own_figure(complex_: Complex, cell: Cell, control: np.ndarray) -> tuple[Positions, Faces]:
+    """Unshared vertices and faces of all pieces of one state: its own points, or its box."""
+    if cell.figure and cell.figure.points:
+        weights = np.array(cell.figure.points, dtype=float)
+        corners = np.einsum("kj,cjd->ckd", weights, control)
+        faces = cell.figure.faces
+    elif cell.figure and cell.figure.kind in ("segment", "polygon"):
+        corners = control
+        size = control.shape[1]
+        faces = ((0, size - 1),) if cell.figure.kind == "segment" else (tuple(range(size)),)
+    else:
+        corners = _boxes(complex_, cell, control)
+        faces = _BOX_FACES.get(control.shape[2], tuple(pairwise(range(corners.shape[1]))))
+    count, each, dimension = corners.shape
+    base = each * np.arange(count)[:, None]
+    table = _padded([base + np.array(face) for face in faces])
+    return corners.reshape(count * each, dimension), table
+
+
+def _boxes(complex_: Complex, cell: Cell, control: np.ndarray) -> Float[np.ndarray, "pieces corners dim"]:
+    lo, hi = extent(bounds(complex_.system)[cell.name], control)
+    choices = [choice[::-1] for choice in product((0, 1), repeat=control.shape[2])]
+    return np.where(np.array(choices)[None] == 1, hi[:, None], lo[:, None])
+
+
+def _padded(tables: list[Int[np.ndarray, "_ _"]]) -> Faces:
+    """Tables of faces one after the other, the narrow ones filled up with -1."""
+    width = max(table.shape[1] for table in tables)
+    wide = [np.pad(t, ((0, 0), (0, width - t.shape[1])), constant_values=-1) for t in tables]
+    return np.concatenate(wide)
+
+
+def _without_unused(vertices: Positions, faces: Faces) -> Mesh:
+    """The mesh without the vertices that no face uses."""
+    used = np.zeros(len(vertices), dtype=bool)
+    used[faces[faces >= 0]] = True
+    number = np.cumsum(used) - 1
+    return Mesh(vertices[used], np.where(faces >= 0, number[faces], -1))
