@@ -10,7 +10,7 @@ import numpy as np
 from jaxtyping import Bool, Float
 
 from export.voxels import Voxels
-from ifs import Shape, bounds, extent, pieces, sample
+from ifs import Shape, bounding_box, pieces, sample
 
 TOLERANCE = 1e-7
 """How far, in pitches, a point may lie outside the closed voxels of its cover: the rounding allowed for when
@@ -73,7 +73,7 @@ def cover(
     if control.shape[1] > 3:
         raise ValueError(f"voxels are for shapes of up to 3 dimensions, found {control.shape[1]}")
     control = np.pad(control, ((0, 0), (0, 3 - control.shape[1])))
-    low, high = bounding_box(shape)
+    low, high = space_box(shape)
     pitch = float((high - low).max()) / resolution
     if not pitch > 0:
         raise ValueError("the shape is a single point: nothing to voxelise")
@@ -88,9 +88,9 @@ def cover(
         return _all_filled(filled, *_ranges(lo, hi, origin, pitch, filled.shape))
 
     largest = pitch * (1 + TOLERANCE) / (2 if with_points else 1)
-    stop = {"depth": depth} if depth is not None else {"size": largest}
+    wanted = largest if depth is None else None
     skip = covered if nearest is None and depth is None else None
-    for batch in pieces(shape.system, control, skip=skip, **stop):
+    for batch in pieces(shape.system, control, wanted, depth, skip=skip):
         first, last = _ranges(batch.lo, batch.hi, origin, pitch, filled.shape)
         _fill(filled, first, last)
         if nearest is not None:
@@ -103,11 +103,11 @@ def cover(
     return Cover(voxels, points, reach * math.sqrt(3) + pitch * math.sqrt(3))
 
 
-def bounding_box(shape: Shape) -> tuple[Float[np.ndarray, "3"], Float[np.ndarray, "3"]]:
+def space_box(shape: Shape) -> tuple[Float[np.ndarray, "3"], Float[np.ndarray, "3"]]:
     """The corners, in mm, of the box that bounds a shape; a plane shape has z = 0."""
-    lo, hi = extent(bounds(shape.system)[shape.system.shape], shape.control[None])
-    missing = 3 - shape.control.shape[1]
-    return np.pad(lo[0], (0, missing)), np.pad(hi[0], (0, missing))
+    low, high = bounding_box(shape)
+    missing = 3 - len(low)
+    return np.pad(low, (0, missing)), np.pad(high, (0, missing))
 
 
 def lattice_resolution(shape: Shape, depth: int) -> int | None:
@@ -119,7 +119,7 @@ def lattice_resolution(shape: Shape, depth: int) -> int | None:
     >>> lattice_resolution(ifs.shape("menger-sponge"), 2)
     9
     """
-    low, high = bounding_box(shape)
+    low, high = space_box(shape)
     longest = float((high - low).max())
     side = None
     for batch in pieces(shape.system, shape.control, depth=depth):

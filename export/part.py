@@ -7,7 +7,7 @@ from importlib.metadata import version
 from typing import Literal
 
 from export.check import Report, check
-from export.cover import Progress, TooManyVoxels, bounding_box, cover, lattice_resolution
+from export.cover import Progress, TooManyVoxels, cover, lattice_resolution, space_box
 from export.surface import surface
 from export.thicken import thicken
 from export.voxels import Solid, Voxels
@@ -94,7 +94,7 @@ def _require(condition: bool, message: str) -> None:
 
 
 def _longest(shape: Shape) -> float:
-    low, high = bounding_box(shape)
+    low, high = space_box(shape)
     return float((high - low).max())
 
 
@@ -108,7 +108,7 @@ def _require_room(shape: Shape, resolution: int, thickness: float) -> None:
     """Refuse a thickening that would not fit in memory before any work is done."""
     if not thickness:
         return
-    low, high = bounding_box(shape)
+    low, high = space_box(shape)
     pitch = float((high - low).max()) / resolution
     grown = math.prod(math.ceil(side / pitch + thickness / pitch + 4) for side in (high - low).tolist())
     if grown > MOST_THICKENED:

@@ -1,1 +1,13 @@
-"""gallery."""
+"""One short script a picture: `build()` returns the mesh; run as a script it draws and saves.
+
+`python -m gallery` draws them all into out/gallery.
+"""
+
+NAMES = (
+    "corner_cutting",
+    "koch_snowflake",
+    "takagi",
+    "patches",
+    "sierpinski_tetrahedron",
+    "menger_sponge",
+)

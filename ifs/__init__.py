@@ -1,6 +1,7 @@
 """Matrices in, attractors out: the engine, its certificates and the meshes that it draws."""
 
 from ifs.bounds import Box, bounds, extent, sample
+from ifs.box import bounding_box
 from ifs.complex import Complex, initial, refine, refined
 from ifs.convergence import Convergence, convergence, require_contraction
 from ifs.drawing import draw, mesh
@@ -22,6 +23,7 @@ __all__ = [
     "State",
     "System",
     "Undecided",
+    "bounding_box",
     "bounds",
     "convergence",
     "draw",

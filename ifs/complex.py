@@ -30,9 +30,9 @@ class Seen(NamedTuple):
 class Complex:
     """Pieces of a shape at one level, and the boundary cells that they share.
 
-    The cells of each state are numbered from 0; the first `len(control[state])` of them are pieces of the shape,
-    whose control points are `control[state]`, `(pieces, points, dim)` in millimetres; the others are only
-    boundaries. `boundary[state][label]` says which cell each boundary is.
+    The cells of each state are numbered from 0; the first `len(control[state])` of them are pieces of the
+    shape, whose control points are `control[state]`, `(pieces, points, dim)` in millimetres; the others are
+    only boundaries. `boundary[state][label]` says which cell each boundary is.
     """
 
     topology: Topology

@@ -56,5 +56,10 @@ class Mesh:
         counts = (self.faces >= 0).sum(axis=1)
         cells = np.column_stack([counts, self.faces]).ravel()
         cells = cells[cells >= 0]
-        kind = {1: "verts", 2: "lines"}.get(self.faces.shape[1], "faces")
-        return pyvista.PolyData(self.points_3d(), **{kind: cells})
+        match self.faces.shape[1]:
+            case 1:
+                return pyvista.PolyData(self.points_3d(), verts=cells)
+            case 2:
+                return pyvista.PolyData(self.points_3d(), lines=cells)
+            case _:
+                return pyvista.PolyData(self.points_3d(), faces=cells)

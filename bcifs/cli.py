@@ -1,0 +1,49 @@
+"""The commands and their options; each does its work in the file that it names."""
+
+from typing import Annotated
+
+import typer
+
+from bcifs import answers, products
+
+app = typer.Typer(
+    name="bcifs",
+    help="Shapes that are built by iteration, from a text description to a part that prints.",
+    epilog="Exit codes: 0 done, 2 wrong input, 3 constraints that contradict each other, "
+    "4 a system that does not contract, 5 a mesh that fails the check, 130 interrupted.",
+    add_completion=False,
+    no_args_is_help=True,
+    pretty_exceptions_enable=False,
+    rich_markup_mode=None,
+)
+
+
+def _version(asked: bool) -> bool:
+    if asked:
+        from importlib.metadata import version
+
+        typer.echo(f"bcifs {version('bcifs')}")
+        raise typer.Exit
+    return asked
+
+
+@app.callback()
+def _bcifs(
+    version: Annotated[
+        bool, typer.Option("--version", callback=_version, is_eager=True, help="Show the version.")
+    ] = False,
+) -> None:
+    pass
+
+
+for name, command in (
+    ("solve", answers.solve),
+    ("info", answers.info),
+    ("render", products.render),
+    ("mesh", products.mesh),
+    ("print", products.print_part),
+    ("check", answers.check),
+    ("fld", answers.fld),
+    ("list", answers.list_builtin),
+):
+    app.command(name)(command)

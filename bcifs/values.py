@@ -1,0 +1,70 @@
+"""Values that are set on the command line: `--set a=1/4 "edge.0[1,0]=3/8"`."""
+
+from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import replace
+from fractions import Fraction
+
+from automata import Automaton
+from automata.expression import ExpressionError, number
+from subdivision import WrongValue, solve
+
+
+def spread(arguments: Sequence[str]) -> list[str]:
+    """The arguments with `--set a=1 b=2` written as `--set a=1 --set b=2`.
+
+    >>> spread(["solve", "--set", "a=1", "b=2", "file.toml"])
+    ['solve', '--set', 'a=1', '--set', 'b=2', 'file.toml']
+    """
+    result: list[str] = []
+    setting = fresh = False
+    for place, argument in enumerate(arguments):
+        if argument == "--":
+            return [*result, *arguments[place:]]
+        if setting and not fresh and "=" in argument and not argument.startswith("-"):
+            result += ["--set", argument]
+            continue
+        result.append(argument)
+        fresh = argument == "--set"
+        setting = fresh or argument.startswith("--set=") or (setting and result[-2] == "--set")
+    return result
+
+
+def parse_settings(texts: Iterable[str]) -> dict[str, Fraction]:
+    """The exact values of `NAME=VALUE` texts. Raises `WrongValue` for one that is none.
+
+    >>> parse_settings(["a=1/4", "edge.0[1, 0] = 1-1/4"])
+    {'a': Fraction(1, 4), 'edge.0[1, 0]': Fraction(3, 4)}
+    """
+    values: dict[str, Fraction] = {}
+    for text in texts:
+        name, equals, value = (part.strip() for part in text.partition("="))
+        if not (name and equals and value):
+            raise WrongValue(f"--set {text}: expected NAME=VALUE, for example a=1/4")
+        if name in values:
+            raise WrongValue(f"--set {text}: {name} is set twice")
+        try:
+            values[name] = number(value)
+        except ExpressionError as error:
+            raise WrongValue(f"--set {text}: in {value!r}, character {error.position + 1}: {error}") from None
+    return values
+
+
+def overridden(automaton: Automaton, values: Mapping[str, Fraction]) -> Automaton:
+    """The automaton with other values set; those of the file stay where they still are a choice.
+
+    A value of the file gives way where the new ones say otherwise, be it through another entry of
+    the same parameter. Raises `WrongValue` for a value that is impossible.
+    """
+    if not values:
+        return automaton
+    family = solve(automaton)
+    family.with_values(automaton.values)
+    chosen = family.with_values(values)
+    kept = dict(values)
+    for key, value in automaton.values.items():
+        try:
+            chosen = chosen.with_values({key: value})
+        except WrongValue:
+            continue
+        kept[key] = value
+    return replace(automaton, values=kept)

@@ -1,0 +1,234 @@
+"""Half-tangents: in which direction a curve leaves a point, on either side."""
+
+import math
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import Any, Literal
+
+import numpy as np
+from jaxtyping import Float
+
+from fld.address import Address
+from fld.curve import Column, Curve, curve, fixed_point
+from fld.directions import Directions, projected, span, spanned, transported, visible
+from fld.order import dominant_moduli, ratios
+from fld.sides import side
+from fld.spectrum import Dominant, dominant
+from ifs import Shape
+
+Side = Literal["left", "right"]
+Status = Literal[
+    "half-tangent", "undecided", "oscillates", "unoriented", "spiral", "several directions", "constant"
+]
+
+
+@dataclass(frozen=True)
+class HalfTangent:
+    """How a curve leaves a point on one side, h being the distance in parameter from it.
+
+    `status` is one of
+
+    - "half-tangent": chords from the point tend to `direction`, a unit vector into the curve;
+    - "undecided": the dominant eigenvalue is simple, real and positive and `direction` is the limit along
+      the ends of the pieces; that the whole curve stays on that side was neither proven nor refuted;
+    - "oscillates": chords come back, for ever, to different directions (opposite ones along `direction`
+      when the dominant eigenvalue is positive and the curve lies on both sides);
+    - "unoriented": the dominant eigenvalue is negative; chords swing between `direction` and its opposite;
+    - "spiral": a complex pair dominates; chords turn round the point;
+    - "several directions": equal dominant eigenvalues; each part of the curve keeps its own direction;
+    - "constant": this end does not move the point, up to the last visible eigenvalue.
+
+    `order` is the local order `log|lambda| / log r` (None when constant), `eigenvalues` those of the linear
+    part on visible directions, largest modulus first, `block` the size m of the dominant Jordan block:
+    distances shrink like `h^order log(1/h)^(m-1)`. For a half-tangent with m = 1, `size` is the limit in mm
+    of `distance / h^order` along the ends of the pieces (`|a_i v_i|` or `|b_i v_i|` of equation 4.5, carried
+    along by 4.7 or 4.8); the local fractional derivative of that order, where it exists, has the length
+    `Gamma(1 + order) size`.
+    """
+
+    side: Side
+    address: str
+    status: Status
+    direction: Float[np.ndarray, "dim"] | None
+    order: float | None
+    eigenvalues: tuple[complex, ...]
+    block: int
+    size: float | None
+    words: str
+
+    def as_data(self) -> dict[str, Any]:
+        """The same as plain lists and numbers, ready for JSON; eigenvalues are `[real, imaginary]`."""
+        return {
+            "side": self.side,
+            "address": self.address,
+            "status": self.status,
+            "direction": None if self.direction is None else [float(x) for x in self.direction],
+            "order": self.order,
+            "eigenvalues": [[value.real, value.imag] for value in self.eigenvalues],
+            "block": self.block,
+            "size": self.size,
+            "words": self.words,
+        }
+
+
+def half_tangents(shape: Shape) -> tuple[HalfTangent, HalfTangent]:
+    """The right half-tangent at the start of a curve and the left one at its end.
+
+    At the start `0^omega`, points of the curve are `c + L_0^k (p - c)`, so their direction tends to the
+    eigenvector of the dominant eigenvalue of L_0, projected by the control points, when that eigenvalue is
+    real, positive and simple (or has one largest Jordan block, as for the Takagi curve, whose half-tangents
+    are vertical) and all the rest of the curve has components of one sign along it. That last condition is
+    proven by boxes around the pieces. Otherwise `status` says what happens instead.
+
+    Raises as `critical_order` does. Source: Gentil 2010, equation 4.5 and theorem 4.2.3; section 4.3.1.
+
+    >>> import ifs
+    >>> start, end = half_tangents(ifs.shape("takagi-curve"))
+    >>> bool(start.direction[1] > 1 - 1e-12 and end.direction[1] > 1 - 1e-12)
+    True
+    >>> half_tangents(ifs.shape("koch-curve"))[0].status
+    'several directions'
+    """
+    own = curve(shape)
+    parts = ratios(dominant_moduli(own))
+    right = half_tangent(own, parts, Address((), own.labels[0]), "right")
+    left = half_tangent(own, parts, Address((), own.labels[-1]), "left")
+    assert right is not None
+    assert left is not None
+    return right, left
+
+
+def half_tangent(
+    curve: Curve, parts: Mapping[str, float], address: Address, which: Side
+) -> HalfTangent | None:
+    """One side of a point; None where the piece `word` of the address has nothing on that side."""
+    place = curve.labels.index(address.repeat)
+    rest = curve.operators[place + 1 :] if which == "right" else curve.operators[:place]
+    if not rest:
+        return None
+    operator = curve.operators[place]
+    point = fixed_point(operator)
+    directions, logarithm = _local(curve, address, rest, point)
+    spectrum = dominant(directions.linear[0])
+    far = fixed_point(curve.operators[-1 if which == "right" else 0])
+    found = _Found(curve, directions, spectrum, rest, point, far)
+    status, vector, along = found.verdict()
+    order = math.log(spectrum.modulus) / math.log(parts[address.repeat]) if status != "constant" else None
+    size = None
+    if vector is not None and order is not None and status == "half-tangent" and spectrum.block == 1:
+        reach = _reach(parts, address.repeat, which)
+        shrunk = math.log(reach) + sum(math.log(parts[label]) for label in address.word)
+        size = math.exp(logarithm + math.log(np.linalg.norm(vector) * abs(along)) - order * shrunk)
+    direction = None if vector is None else vector / np.linalg.norm(vector)
+    words = _words(status, direction, order, spectrum, size)
+    return HalfTangent(
+        which, str(address), status, direction, order, spectrum.eigenvalues, spectrum.block, size, words
+    )
+
+
+def _local(curve: Curve, address: Address, rest: tuple, point: Column) -> tuple[Directions, float]:
+    """The directions that count on one side of a point, drawn as seen through the word before it."""
+    whole, start = spanned(curve), fixed_point(curve.operators[0])
+    place = curve.labels.index(address.repeat)
+    rows = [row for piece in rest for row in (piece @ start - point, *(whole @ piece.T))]
+    basis = span(np.array(rows), [curve.operators[place]])
+    image, logarithm = transported(curve, address.word, basis)
+    return visible(basis, [curve.operators[place]], projected(curve, image)), logarithm
+
+
+def _reach(parts: Mapping[str, float], repeat: str, which: Side) -> float:
+    """The distance in parameter from the point `repeat^omega` to the end of the curve on one side."""
+    labels = list(parts)
+    before = math.fsum(parts[label] for label in labels[: labels.index(repeat)])
+    after = math.fsum(parts[label] for label in labels[labels.index(repeat) + 1 :])
+    return (after if which == "right" else before) / (before + after)
+
+
+@dataclass(frozen=True)
+class _Found:
+    """What the status of one side is read from."""
+
+    curve: Curve
+    directions: Directions
+    spectrum: Dominant
+    rest: tuple
+    point: Column
+    far: Column
+
+    def verdict(self) -> tuple[Status, Float[np.ndarray, "dim"] | None, float]:
+        """The status, a vector in its direction, and the component of the far end along that vector."""
+        values, ranks = self.spectrum.values, self.spectrum.ranks
+        if not values:
+            return "constant", None, 0.0
+        if len(values) == 1 and ranks[0] == 1:
+            return self._single(values[0].real)
+        if len(values) == 1:
+            return "several directions", None, 0.0
+        if len(values) == 2 and ranks == (1, 1) and values[0].imag != 0 and self._turns():
+            return "spiral", None, 0.0
+        return "oscillates", None, 0.0
+
+    def _single(self, value: float) -> tuple[Status, Float[np.ndarray, "dim"], float]:
+        columns, sizes, rows = np.linalg.svd(np.real(self.spectrum.leading[0]))
+        vector = columns[:, 0] * sizes[0] @ self.directions.control
+        row = rows[0] @ self.directions.basis
+        row = row - row @ self.point
+        along = float(row @ self.far)
+        if value < 0:
+            return "unoriented", _canonical(vector), along
+        sign = side(self.curve, row, self.rest)
+        if sign == 0:
+            return "oscillates", _canonical(vector), along
+        if sign is None:
+            return "undecided", vector * (1 if along >= 0 else -1), along
+        return "half-tangent", vector * sign, along
+
+    def _turns(self) -> bool:
+        """Whether the control points show the plane of a complex pair as a plane."""
+        column = np.linalg.svd(self.spectrum.leading[0])[0][:, 0]
+        plane = np.array([np.real(column), np.imag(column)]) @ self.directions.control
+        sizes = np.linalg.svd(plane, compute_uv=False)
+        return len(sizes) > 1 and bool(sizes[1] > 1e-9 * sizes[0])
+
+
+def _canonical(vector: Float[np.ndarray, "dim"]) -> Float[np.ndarray, "dim"]:
+    """A vector or its opposite: the one whose largest coordinate is positive."""
+    return vector * np.sign(vector[np.abs(vector).argmax()])
+
+
+def _words(
+    status: Status,
+    direction: Float[np.ndarray, "dim"] | None,
+    order: float | None,
+    spectrum: Dominant,
+    size: float | None,
+) -> str:
+    if order is None:
+        return "the curve stays in this point: no visible eigenvalue differs from 0"
+    vector = "" if direction is None else "(" + ", ".join(f"{round(x, 9) + 0.0:.6g}" for x in direction) + ")"
+    value = spectrum.values[0]
+    distance = f"h^{order:.6g}" + {1: "", 2: " log(1/h)"}.get(
+        spectrum.block, f" log(1/h)^{spectrum.block - 1}"
+    )
+    if size is not None:
+        distance = f"{size:.6g} mm {distance}"
+    turn = math.degrees(abs(math.atan2(value.imag, value.real)))
+    if status == "oscillates" and not vector:
+        count, modulus = len(spectrum.values), spectrum.modulus
+        said = f"chords oscillate and keep no direction ({count} eigenvalues of modulus {modulus:.6g})"
+    elif status == "oscillates":
+        said = f"chords oscillate between {vector} and its opposite: the curve lies on both sides"
+    elif status == "half-tangent":
+        said = f"the curve leaves in the direction {vector}"
+    elif status == "undecided":
+        said = f"the ends of the pieces tend to {vector}; whether all the curve keeps that side is undecided"
+    elif status == "unoriented":
+        said = f"a negative eigenvalue, {value.real:.6g}: chords swing between {vector} and its opposite"
+    elif status == "spiral":
+        said = f"the curve spirals: each step turns by {turn:.6g} degrees and shrinks by {abs(value):.6g}"
+    else:
+        said = (
+            f"no half-tangent: the eigenvalue {value.real:.6g} has {sum(spectrum.ranks)} independent "
+            f"directions, and each part of the curve keeps its own"
+        )
+    return f"{said}; its distance is like {distance}"
