@@ -10,7 +10,7 @@ import numpy as np
 from jaxtyping import Bool, Float
 
 from export.voxels import Voxels
-from ifs import Shape, bounding_box, pieces, sample
+from ifs import Shape, bounding_box, pieces
 
 TOLERANCE = 1e-7
 """How far, in pitches, a point may lie outside the closed voxels of its cover: the rounding allowed for when
@@ -36,13 +36,10 @@ class TooManyVoxels(MemoryError):
 class Cover:
     """A cover of an attractor: every point of it lies in a filled voxel.
 
-    `points` holds for each filled voxel, in the order of `np.argwhere(voxels.filled)`, a point of the
-    attractor in or near it (mm), or the voxel's centre where none was met; None where not asked for.
     `distance` bounds how far any point of the filled voxels is from the attractor (mm).
     """
 
     voxels: Voxels
-    points: Float[np.ndarray, "filled 3"] | None
     distance: float
 
 
@@ -50,8 +47,6 @@ def cover(
     shape: Shape,
     resolution: int = 200,
     depth: int | None = None,
-    *,
-    with_points: bool = False,
     progress: Progress | None = None,
 ) -> Cover:
     """The voxels met by the boxes of the pieces of a shape, on a grid of its own bounding box.
@@ -82,25 +77,20 @@ def cover(
         raise TooManyVoxels(resolution, math.prod(size.tolist()))
     origin = (low + high - size * pitch) / 2
     filled = np.zeros(tuple(size), dtype=np.bool_)
-    nearest = _Nearest(shape, filled.shape) if with_points else None
 
     def covered(lo: np.ndarray, hi: np.ndarray) -> Bool[np.ndarray, "count"]:
         return _all_filled(filled, *_ranges(lo, hi, origin, pitch, filled.shape))
 
-    largest = pitch * (1 + TOLERANCE) / (2 if with_points else 1)
-    wanted = largest if depth is None else None
-    skip = covered if nearest is None and depth is None else None
+    wanted = pitch * (1 + TOLERANCE) if depth is None else None
+    skip = covered if depth is None else None
     for batch in pieces(shape.system, control, wanted, depth, skip=skip):
         first, last = _ranges(batch.lo, batch.hi, origin, pitch, filled.shape)
         _fill(filled, first, last)
-        if nearest is not None:
-            nearest.offer(batch.cell, (batch.control - origin) / pitch)
         if progress:
             progress("voxels", batch.done)
     voxels = Voxels(filled, origin, pitch)
-    points = None if nearest is None else origin + pitch * nearest.points(filled)
     reach = pitch if depth is None else _diameter(shape, depth)
-    return Cover(voxels, points, reach * math.sqrt(3) + pitch * math.sqrt(3))
+    return Cover(voxels, reach * math.sqrt(3) + pitch * math.sqrt(3))
 
 
 def space_box(shape: Shape) -> tuple[Float[np.ndarray, "3"], Float[np.ndarray, "3"]]:
@@ -144,23 +134,6 @@ def _ranges(lo, hi, origin, pitch: float, grid: tuple[int, ...]):
     return first, np.clip(last, first, top)
 
 
-class _Nearest:
-    """For each voxel, the point offered that is nearest to its centre (in pitches from the origin)."""
-
-    def __init__(self, shape: Shape, grid: tuple[int, ...]):
-        self.samples = sample(shape.system)
-        self.best = np.full(grid, np.inf, dtype=np.float32)
-        self.place = np.zeros((*grid, 3), dtype=np.float32)
-
-    def offer(self, cell: str, control: Float[np.ndarray, "pieces points 3"]) -> None:
-        _offer(self.best, self.place, np.einsum("j,cjd->cd", self.samples[cell], control))
-
-    def points(self, filled: np.ndarray) -> Float[np.ndarray, "filled 3"]:
-        index = np.argwhere(filled)
-        found = np.isfinite(self.best[filled])
-        return index + np.where(found[:, None], self.place[filled], np.float32(0.5)).astype(np.float64)
-
-
 @numba.njit(cache=True)
 @no_type_check
 def _fill(filled, first, last):
@@ -186,18 +159,3 @@ def _all_filled(filled, first, last):
                     if not filled[i, j, k]:
                         result[n] = False
     return result
-
-
-@numba.njit(cache=True)
-@no_type_check
-def _offer(best, place, points):
-    for n in range(len(points)):
-        voxel = np.floor(points[n]).astype(np.int64)
-        i, j, k = voxel
-        if min(i, j, k) < 0 or i >= best.shape[0] or j >= best.shape[1] or k >= best.shape[2]:
-            continue
-        offset = points[n] - voxel
-        distance = ((offset - 0.5) ** 2).sum()
-        if distance < best[i, j, k]:
-            best[i, j, k] = distance
-            place[i, j, k] = offset

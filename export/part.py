@@ -8,13 +8,15 @@ from typing import Literal
 
 from export.check import Report, check
 from export.cover import Progress, TooManyVoxels, cover, lattice_resolution, space_box
+from export.facets import Facets
 from export.surface import surface
 from export.thicken import thicken
 from export.voxels import Solid, Voxels
-from ifs import Mesh, Shape
+from ifs import Mesh, Shape, mesh
 
 RESOLUTION = 200
 MOST_THICKENED = 600_000_000
+MOST_FACETS = 100_000
 
 
 @dataclass(frozen=True)
@@ -65,15 +67,16 @@ def make_part(
     _require_room(shape, resolution, thickness)
     tell = progress or (lambda stage, share: None)
     tell("voxels", 0.0)
-    covered = cover(shape, resolution, depth, with_points=thickness > 0 and depth is None, progress=tell)
+    covered = cover(shape, resolution, depth, tell)
     tell("thickness", 0.0)
     solid: Solid | Voxels = covered.voxels
     if thickness:
-        solid = thicken(covered.voxels, thickness / 2, covered.points)
+        facets = _facets(shape, covered.voxels.pitch) if depth is None else None
+        solid = thicken(covered.voxels, thickness / 2, facets)
     tell("surface", 0.0)
-    mesh = surface(solid, style, contacts="join")
+    skin = surface(solid, style, contacts="join")
     tell("check", 0.0)
-    report = check(mesh)
+    report = check(skin)
     tell("check", 1.0)
     voxels = solid.voxels if isinstance(solid, Solid) else solid
     recipe = {
@@ -85,7 +88,18 @@ def make_part(
         "Surface": style,
         "Application": f"bcifs {version('bcifs')}",
     }
-    return Part(mesh, voxels, report, recipe)
+    return Part(skin, voxels, report, recipe)
+
+
+def _facets(shape: Shape, pitch: float) -> Mesh | None:
+    """The mesh of the shape with edges no longer than a voxel; None where that takes too many faces."""
+    for depth in range(1, 30):
+        found = mesh(shape, depth)
+        if Facets(found).longest <= pitch:
+            return found
+        if len(found.faces) > MOST_FACETS:
+            return None
+    return None
 
 
 def _require(condition: bool, message: str) -> None:

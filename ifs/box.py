@@ -11,7 +11,7 @@ from ifs.shape import Shape
 from ifs.system import System
 
 Corner = Float[np.ndarray, "dim"]
-Heights = Float[np.ndarray, "pieces points"]
+Heights = Float[np.ndarray, "_pieces _points"]
 
 MOST_PIECES = 200_000
 DIVE = 60
@@ -66,7 +66,7 @@ class _Search:
                 known = max(known, float((rows @ self.points[cell]).max()))
         return settled
 
-    def _bound(self, cell: str, rows: Heights) -> Float[np.ndarray, "pieces"]:
+    def _bound(self, cell: str, rows: Heights) -> Float[np.ndarray, "_pieces"]:
         return extent(self.boxes[cell], rows[:, :, None])[1][:, 0]
 
     def _children(self, pieces: Mapping[str, Heights]) -> dict[str, Heights]:

@@ -57,16 +57,6 @@ def test_no_filled_voxel_is_far_from_the_attractor(name):
     assert found.distance <= 2 * np.sqrt(3) * found.voxels.pitch * (1 + 1e-9)
 
 
-@pytest.mark.parametrize("name", SHAPES)
-def test_the_points_of_the_cover_belong_to_the_attractor(name):
-    shape = ifs.shape(name)
-    found = cover(shape, 64, with_points=True)
-    assert found.points is not None
-    assert inside(found.voxels, found.points).all()
-    near = np.abs(found.points - found.voxels.centres()).max()
-    assert near <= found.voxels.pitch
-
-
 @pytest.mark.parametrize(("level", "genus"), [(1, 5), (2, 81), (3, 1409)])
 def test_menger_levels_are_exact(level, genus):
     part = make_part(ifs.shape("menger-sponge"), size=1.0, depth=level)
@@ -98,7 +88,7 @@ def test_a_thickened_curve_is_a_ball_swept_over_it():
     points = chaos_game(shape, 20_000) * (60 / 90)
     directions = np.random.default_rng(3).normal(size=points.shape)
     directions /= np.linalg.norm(directions, axis=1, keepdims=True)
-    # Each voxel of the cover stands for its points by one of them, and each voxel of the part by its centre.
+    # A mesh with edges of a voxel stands for the curve, and each voxel of the part for its centre.
     reach = radius - 1.5 * np.sqrt(3) * pitch
     assert part.report.ok
     assert inside(part.voxels, points + reach * directions).all()

@@ -7,11 +7,17 @@ from hypothesis import strategies as st
 from hypothesis.extra import numpy as hnp
 
 from export.check import check
+from export.facets import Facets
 from export.surface import surface
 from export.thicken import BAND, thicken
 from export.voxels import EmptySolid, Voxels
+from ifs import Mesh
 
 blocks = hnp.arrays(bool, hnp.array_shapes(min_dims=3, max_dims=3, max_side=5)).filter(np.any)
+
+
+def dots(points: np.ndarray) -> Mesh:
+    return Mesh(points, np.arange(len(points))[:, None])
 
 
 def distances(places: np.ndarray, solid: Voxels) -> np.ndarray:
@@ -43,7 +49,7 @@ def test_true_points_next_to_the_surface(filled, steps, seed) -> None:
     voxels = Voxels(filled, np.array([-1.0, 0.5, 2.0]), 0.3)
     moved = np.random.default_rng(seed).uniform(-0.15, 0.15, (voxels.count, 3))
     points = voxels.centres() + moved
-    solid = thicken(voxels, steps * 0.3, points)
+    solid = thicken(voxels, steps * 0.3, dots(points))
     assert solid.field is not None
     level = max(steps, 0.5) * 0.3
     true = distances(points, solid.voxels) - level
@@ -59,7 +65,7 @@ def test_slabs_do_not_show() -> None:
     rng = np.random.default_rng(0)
     voxels = Voxels(rng.random((60, 5, 5)) < 0.02, np.zeros(3), 1.0)
     points = voxels.centres() + rng.uniform(-0.5, 0.5, (voxels.count, 3))
-    for true in (None, points):
+    for true in (None, dots(points)):
         whole, parts = thicken(voxels, 2.2, true), thicken(voxels, 2.2, true, slab=1)
         assert whole.field is not None
         assert parts.field is not None
@@ -88,12 +94,30 @@ def test_true_points_remove_the_staircase() -> None:
     voxels = Voxels(np.abs(height) < pitch / 2, np.zeros(3), pitch)
     points = voxels.centres() - height[voxels.filled][:, None] * normal
     errors = {}
-    for name, true in (("points", points), ("centres", None)):
+    for name, true in (("points", dots(points)), ("centres", None)):
         mesh = surface(thicken(voxels, 1.5, true))
         middle = np.linalg.norm(mesh.vertices[:, :2] - 5.0, axis=1) < 2.5
         away = np.abs((mesh.vertices[middle] - 5.0) @ normal)
         errors[name] = np.abs(away - 1.5).max()
     assert errors["points"] < 0.1 * pitch < errors["centres"]
+
+
+@pytest.mark.parametrize("corners", [2, 3])
+def test_distances_to_facets_against_a_fine_sampling(corners) -> None:
+    rng = np.random.default_rng(corners)
+    mesh = Mesh(rng.uniform(size=(corners * 30, 3)), np.arange(corners * 30).reshape(-1, corners))
+    places = rng.uniform(-1, 2, size=(50, 3))
+    weights = rng.dirichlet(np.ones(corners) * 0.5, size=20_000)
+    sampled = np.einsum("wc,fcd->fwd", weights, mesh.vertices[mesh.faces]).reshape(-1, 3)
+    from scipy.spatial import KDTree
+
+    upper = KDTree(sampled).query(places)[0]
+    # With few, large facets the nearest eight centres need not hold the nearest facet: ask for all.
+    facets = Facets(mesh)
+    found = np.min([Facets(Mesh(mesh.vertices, face[None])).distance(places) for face in mesh.faces], axis=0)
+    assert (found <= upper + 1e-12).all()
+    assert (upper - found).max() < 0.02
+    assert (facets.distance(places) >= found - 1e-12).all()
 
 
 def test_refusals() -> None:
@@ -103,9 +127,7 @@ def test_refusals() -> None:
             thicken(dot, distance)
     with pytest.raises(EmptySolid):
         thicken(Voxels(np.zeros((1, 1, 1), dtype=bool), np.zeros(3), 1.0), 1.0)
-    with pytest.raises(ValueError, match="as many points"):
-        thicken(dot, 1.0, np.zeros((2, 3)))
-    with pytest.raises(ValueError, match="argwhere"):
-        thicken(dot, 1.0, np.array([[3.0, 0.5, 0.5]]))
-    with pytest.raises(ValueError, match="argwhere"):
-        thicken(dot, 1.0, np.array([[np.nan, 0.5, 0.5]]))
+    with pytest.raises(ValueError, match="pitches"):
+        thicken(dot, 1.0, dots(np.array([[9.0, 0.5, 0.5]])))
+    with pytest.raises(ValueError, match="finite"):
+        thicken(dot, 1.0, dots(np.array([[np.nan, 0.5, 0.5]])))
