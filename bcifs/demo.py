@@ -15,10 +15,10 @@ FOLDER = Path("out")
 PARTS: Mapping[str, Mapping[str, Any]] = {
     "koch-curve": {"size": 90.0, "thickness": 1.2, "resolution": 450},
     "takagi-curve": {"size": 80.0, "thickness": 1.6, "resolution": 400},
-    "catmull-clark-patch": {"size": 80.0, "thickness": 1.6, "resolution": 240},
+    "catmull-clark-patch": {"size": 80.0, "thickness": 1.6, "resolution": 200},
     "fractal-patch": {"size": 80.0, "thickness": 2.4, "resolution": 120},
     "menger-sponge": {"size": 54.0, "depth": 3},
-    "sierpinski-tetrahedron": {"size": 60.0, "thickness": 1.4, "resolution": 200},
+    "sierpinski-tetrahedron": {"size": 60.0, "thickness": 1.6, "resolution": 160},
 }
 
 
