@@ -1,6 +1,7 @@
 """Distances to the points, segments or triangles of a mesh."""
 
 import math
+from functools import cached_property
 
 import numpy as np
 from jaxtyping import Float
@@ -24,7 +25,11 @@ class Facets:
     def __init__(self, mesh: Mesh):
         corners = mesh.faces if mesh.faces.shape[1] <= 2 else mesh.triangles()
         self.simplices: Float[np.ndarray, "facets corners 3"] = mesh.points_3d()[corners]
-        self.tree = spatial.KDTree(self.simplices.mean(axis=1))
+
+    @cached_property
+    def tree(self) -> spatial.KDTree:
+        """The centres of the facets."""
+        return spatial.KDTree(self.simplices.mean(axis=1))
 
     @property
     def longest(self) -> float:
