@@ -5,11 +5,13 @@ import shutil
 import subprocess
 from pathlib import Path
 
+import numpy as np
 import pytest
 
 import ifs
 from bcifs.demo import PARTS
-from export import make_part, write_part
+from export import Voxels, make_part, surface, write_part
+from ifs import Mesh
 
 SLICER = shutil.which("prusa-slicer")
 ADMESH = shutil.which("admesh")
@@ -39,7 +41,7 @@ def part(request, tmp_path_factory) -> tuple[Path, int]:
 
 @pytest.mark.slow
 @needs_slicer
-def test_the_slicer_repairs_nothing_and_slices_the_part(part, tmp_path):
+def test_the_slicer_takes_the_part_as_it_is(part, tmp_path):
     path, components = part
     facts = run(SLICER, "--info", path)
     assert "manifold = yes" in facts
@@ -60,3 +62,13 @@ def test_admesh_repairs_nothing(part):
         found = re.search(rf"{what}\s*:\s*(\d+)", report)
         assert found is not None, report
         assert found[1] == "0", report
+
+
+@needs_slicer
+def test_the_slicer_would_tell_of_a_hole(tmp_path):
+    cube = surface(Voxels(np.ones((1, 1, 1), dtype=bool), np.zeros(3), 10.0), "exact")
+    path = tmp_path / "open.stl"
+    write_part(Mesh(cube.vertices, cube.faces[:-1]), path)
+    facts = run(SLICER, "--info", path)
+    assert "manifold = no" in facts
+    assert REPAIRS.search(facts)
