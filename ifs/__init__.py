@@ -7,6 +7,7 @@ from ifs.convergence import Convergence, convergence, require_contraction
 from ifs.drawing import draw, mesh
 from ifs.error import EmptyAttractor, NotContracting, Undecided
 from ifs.mesh import Mesh
+from ifs.patchwork import NotASelection, patchwork
 from ifs.pieces import Pieces, pieces
 from ifs.shape import Shape, shape
 from ifs.system import State, System
@@ -17,6 +18,7 @@ __all__ = [
     "Convergence",
     "EmptyAttractor",
     "Mesh",
+    "NotASelection",
     "NotContracting",
     "Pieces",
     "Shape",
@@ -30,6 +32,7 @@ __all__ = [
     "extent",
     "initial",
     "mesh",
+    "patchwork",
     "pieces",
     "refine",
     "refined",
