@@ -32,7 +32,7 @@ class Boundary:
     """The embedding of a boundary cell: which cell, and the matrix of its embedding operator.
 
     `matrix` is `(points of the cell, points of the boundary cell)`, each column summing to 1; most
-    embeddings select points, and then each column holds a single 1.
+    embeddings select points, and then each column holds a single 1. An entry that is None is unknown.
     """
 
     cell: str
@@ -70,7 +70,9 @@ class Cell:
 
     `points` is the number n of control points it depends on, so that it lives in R^n with coordinates
     summing to 1. `subdivision` names the cell of each sub-cell, `boundary` the embeddings,
-    `matrices` the operators that are given wholly or in part.
+    `matrices` the operators that are given wholly or in part, `coherence` equations between embeddings
+    that the description vouches for, `share` the boundaries that pieces have in common where the equations
+    are to be worked out from that.
     """
 
     name: str
@@ -82,6 +84,8 @@ class Cell:
     adjacency: tuple[Equation, ...] = ()
     matrices: Mapping[str, Rows] = field(default_factory=dict)
     figure: Figure | None = None
+    coherence: tuple[Equation, ...] = ()
+    share: tuple[Equation, ...] = ()
 
     @property
     def equations(self) -> tuple[Equation, ...]:
@@ -102,16 +106,20 @@ class Cell:
 class Automaton:
     """A shape described by iteration, before any number is chosen.
 
-    `values` holds what the user set (`"edge.0[1,0]"` or a parameter's name, to an exact number),
-    `names` the names given to entries, `control` the control points in millimetres, a row each.
+    `values` holds what the user set (`"edge.0[1,0]"` or a parameter's name, to an exact number or an
+    expression in parameters), `names` the names given to entries, `control` the control points in
+    millimetres, a row each. `parameters` holds the values of names that expressions use.
     """
 
     name: str
     shape: str
     cells: Mapping[str, Cell]
-    values: Mapping[str, Fraction] = field(default_factory=dict)
+    values: Mapping[str, Fraction | Expression] = field(default_factory=dict)
     names: Mapping[str, str] = field(default_factory=dict)
     control: tuple[tuple[float, ...], ...] | None = None
+    parameters: Mapping[str, Fraction] = field(default_factory=dict)
+    placing: frozenset[str] = frozenset()
+    """The parameters that control points are expressions in."""
 
     def target(self, cell: str, label: str) -> str | None:
         """The cell that a label leads to from `cell`, or None when the cell has no such label."""

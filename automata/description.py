@@ -1,7 +1,5 @@
 """From the tables of a description to a checked `Automaton`."""
 
-import math
-import re
 from collections.abc import Mapping
 from fractions import Fraction
 from typing import Any
@@ -11,14 +9,17 @@ from automata.automaton import (
     Boundary,
     Cell,
     Equation,
-    Figure,
     Rows,
     Symmetry,
     Word,
 )
-from automata.document import Field, suggestion
-from automata.expression import Number
+from automata.consistency import require_consistency
+from automata.document import Field, suggestion, worked_out
+from automata.expression import ExpressionError, Number, names, parse
 from automata.maps import plain_ifs
+from automata.parameters import parameter_names
+from automata.sections import control_of, figure_of, names_of, parameters_of, values_of
+from automata.sharing import with_shared
 
 FORMAT = "bcifs/1"
 MOST_CELLS = 500
@@ -28,7 +29,7 @@ MOST_ENTRIES = 100_000
 MOST_EQUATED = 500_000
 LONGEST_PATH = 32
 
-_TOP = ("format", "name", "shape", "cells", "maps", "figure", "set", "names", "control")
+_TOP = ("format", "name", "shape", "cells", "maps", "figure", "set", "names", "control", "parameters")
 _CELL = (
     "points",
     "subdivision",
@@ -36,6 +37,8 @@ _CELL = (
     "symmetry",
     "incidence",
     "adjacency",
+    "coherence",
+    "share",
     "matrices",
     "figure",
 )
@@ -51,7 +54,8 @@ def describe(document: Mapping[str, Any]) -> Automaton:
     ...     "points": 2, "subdivision": {"0": "dust", "1": "dust"}}}}).cells["dust"].points
     2
     """
-    top = Field(dict(document)).table(_TOP, required=["format"])
+    known = parameters_of(Field(dict(document)))
+    top = Field(dict(document), known=known).table(_TOP, required=["format"])
     if top["format"].value != FORMAT:
         raise top["format"].error(f"expected format = {FORMAT!r}, found {top['format'].value!r}")
     name = top["name"].text() if "name" in top else "Untitled"
@@ -64,14 +68,23 @@ def describe(document: Mapping[str, Any]) -> Automaton:
         raise top["figure"].error("figures belong to a cell: [cells.NAME] figure = …")
     cells = _cells(top["cells"])
     shape = top["shape"].choice(cells, "cell")
-    return Automaton(
+    figures = [table.get("figure") for table in top["cells"].value.values()]
+    automaton = Automaton(
         name,
         shape,
         cells,
-        _values(top.get("set")),
-        _names(top.get("names")),
-        _control(top.get("control"), cells[shape].points),
+        values_of(top.get("set")),
+        names_of(top.get("names")),
+        control_of(top.get("control"), cells[shape].points),
+        known,
+        names_within([document.get("control"), figures]),
     )
+    automaton = with_shared(automaton)
+    taken = set(automaton.names) & set(parameter_names(automaton))
+    if taken:
+        raise top["names"].entries()[min(taken)].error(f"{min(taken)!r} is a parameter already")
+    require_consistency(automaton)
+    return automaton
 
 
 def _from_maps(name: str, top: Mapping[str, Field]) -> Automaton:
@@ -79,10 +92,24 @@ def _from_maps(name: str, top: Mapping[str, Field]) -> Automaton:
         if key in top:
             raise top[key].error(f"{key!r} and [[maps]] exclude each other")
     cell, frame = plain_ifs(top["maps"])
-    figure = _figure(top["figure"], cell.points) if "figure" in top else None
+    figure = figure_of(top["figure"], cell.points) if "figure" in top else None
     cell = Cell(cell.name, cell.points, cell.subdivision, matrices=cell.matrices, figure=figure)
-    control = _control(top.get("control"), cell.points) or frame
-    return Automaton(name, cell.name, {cell.name: cell}, control=control)
+    control = control_of(top.get("control"), cell.points) or frame
+    placing = names_within([field.value for field in top.values()])
+    known = top["format"].known
+    return Automaton(name, cell.name, {cell.name: cell}, control=control, parameters=known, placing=placing)
+
+
+def names_within(value: Any) -> frozenset[str]:
+    """The names in all expressions of some tables and lists."""
+    if isinstance(value, dict):
+        value = list(value.values())
+    if isinstance(value, list):
+        return frozenset(name for entry in value for name in names_within(entry))
+    try:
+        return names(parse(value)) if isinstance(value, str) else frozenset()
+    except ExpressionError:
+        return frozenset()
 
 
 def _cells(tables: Field) -> dict[str, Cell]:
@@ -134,7 +161,9 @@ def _cell(name: str, fields: Mapping[str, Field], sizes: Mapping[str, int]) -> C
         _equations(fields.get("incidence")),
         _equations(fields.get("adjacency")),
         matrices,
-        _figure(fields["figure"], points) if "figure" in fields else None,
+        figure_of(fields["figure"], points) if "figure" in fields else None,
+        _equations(fields.get("coherence")),
+        _equations(fields.get("share")),
     )
 
 
@@ -157,10 +186,7 @@ def _boundary(field: Field, points: int, sizes: Mapping[str, int]) -> Boundary:
     if ("points" in fields) == ("matrix" in fields):
         raise field.error("an embedding has either 'points' or 'matrix'")
     if "matrix" in fields:
-        rows = matrix(fields["matrix"], points, sizes[cell])
-        if any(entry is None for row in rows for entry in row):
-            raise fields["matrix"].error('an embedding is known: give a number for each "*"')
-        return Boundary(cell, rows)
+        return Boundary(cell, matrix(fields["matrix"], points, sizes[cell]))
     chosen = _selection(fields["points"], sizes[cell], points, f"cell {cell!r} has {sizes[cell]} points")
     return Boundary(cell, selection(chosen, points))
 
@@ -191,7 +217,7 @@ def selection(chosen: tuple[int, ...], points: int) -> Rows:
 
 
 def matrix(field: Field, rows: int, columns: int) -> Rows:
-    """A matrix of the stated size; the entry "*" is left open."""
+    """A matrix of the stated size; the entry "*" is left open, others may be expressions in parameters."""
     lines = field.items("a list of rows")
     if len(lines) != rows:
         raise field.error(f"expected {rows} rows, found {len(lines)}")
@@ -200,11 +226,11 @@ def matrix(field: Field, rows: int, columns: int) -> Rows:
         entries = line.items("a row")
         if len(entries) != columns:
             raise line.error(f"expected {columns} entries in this row, found {len(entries)}")
-        result.append(tuple(None if e.value == "*" else Number(e.number()) for e in entries))
+        result.append(tuple(None if e.value == "*" else e.expression() for e in entries))
     for column in range(columns):
-        known = [row[column] for row in result]
+        known = [worked_out(row[column], line) for row, line in zip(result, lines, strict=True)]
         if all(isinstance(entry, Number) for entry in known):
-            total = sum(entry.value for entry in known)
+            total = sum(entry.value for entry in known if isinstance(entry, Number))
             if total != 1:
                 raise field.error(f"column {column} sums to {total}; every column sums to 1")
     return tuple(result)
@@ -258,16 +284,24 @@ def _check_words(cells: Mapping[str, Cell]) -> None:
     automaton = Automaton("", next(iter(cells)), cells)
     equated = 0
     for name, cell in cells.items():
-        for equation in (*cell.equations, *cell.symmetry_equations()):
+        for equation in (*cell.equations, *cell.coherence, *cell.share, *cell.symmetry_equations()):
             place = Field(None, equation.path)
             ends = [_end(automaton, name, side, place) for side in (equation.left, equation.right)]
             if ends[0] != ends[1]:
-                raise place.error(
-                    f"the sides of {equation.text!r} lead to different cells: {ends[0]!r} and {ends[1]!r}"
-                )
+                _check_sizes(cells, ends, equation, place)
             equated += cell.points * cells[ends[0]].points
             if equated > MOST_EQUATED:
                 raise place.error(f"the equations up to here compare over {MOST_EQUATED} entries")
+
+
+def _check_sizes(cells: Mapping[str, Cell], ends: list[str], equation: Equation, place: Field) -> None:
+    """Different cells of one size become one; of different sizes they cannot."""
+    first, second = (cells[end].points for end in ends)
+    if first != second:
+        raise place.error(
+            f"the sides of {equation.text!r} lead to different cells: {ends[0]!r} and {ends[1]!r} "
+            f"(of {first} and {second} points, which cannot be one)"
+        )
 
 
 def _end(automaton: Automaton, cell: str, path: Word, place: Field) -> str:
@@ -283,67 +317,3 @@ def _end(automaton: Automaton, cell: str, path: Word, place: Field) -> str:
             )
         cell = target
     return cell
-
-
-def _values(field: Field | None) -> dict[str, Fraction]:
-    if field is None:
-        return {}
-    if not isinstance(field.value, dict):
-        raise field.expected("a table")
-    return {key: Field(value, (*field.path, key)).number() for key, value in field.value.items()}
-
-
-def _names(field: Field | None) -> dict[str, str]:
-    if field is None:
-        return {}
-    result: dict[str, str] = {}
-    for name, entry in field.table().items():
-        text = "".join(entry.text('an entry such as "edge.0[1,0]"').split())
-        if re.fullmatch("[A-Za-z_][A-Za-z_0-9]*", name) is None:
-            raise entry.error(f"expected a name of letters, digits and _ for an entry, found {name!r}")
-        if text in result.values():
-            raise entry.error(f"the entry {text} has a name already")
-        result[name] = text
-    return result
-
-
-def _control(field: Field | None, points: int) -> tuple[tuple[float, ...], ...] | None:
-    if field is None:
-        return None
-    rows = field.table(["points"], required=["points"])["points"]
-    lines = rows.items("a list of points")
-    if len(lines) != points:
-        raise rows.error(f"the shape has {points} control points, found {len(lines)}")
-    result = [tuple(_coordinate(entry) for entry in line.items("a point")) for line in lines]
-    dimension = len(result[0])
-    for line, point in zip(lines, result, strict=True):
-        if not 1 <= len(point) <= 6 or len(point) != dimension:
-            raise line.error(f"expected {dimension} coordinates (1 to 6, the same for all points)")
-    return tuple(result)
-
-
-def _coordinate(field: Field) -> float:
-    value = float(field.number())
-    if not math.isfinite(value) or abs(value) > 1e9:
-        raise field.error("coordinates are millimetres, at most 1e9 in size")
-    return value
-
-
-def _figure(field: Field, points: int) -> Figure:
-    if isinstance(field.value, str):
-        return Figure(field.choice(("segment", "polygon", "box"), "figure"))
-    fields = field.table(("points", "faces"))
-    corners = []
-    for line in fields["points"].items("a list of points") if "points" in fields else ():
-        point = tuple(entry.number() for entry in line.items("a point"))
-        if len(point) != points or sum(point) != 1:
-            raise line.error(f"expected {points} barycentric coordinates that sum to 1")
-        corners.append(point)
-    most = len(corners) - 1 if corners else 10_000
-    faces = tuple(
-        tuple(corner.count(0, most) for corner in face.items("a face"))
-        for face in (fields["faces"].items("a list of faces") if "faces" in fields else ())
-    )
-    if not faces or any(not 1 <= len(face) <= 64 for face in faces):
-        raise field.error("expected 'faces', a list of lists of 1 to 64 point numbers")
-    return Figure("faces", tuple(corners), faces)

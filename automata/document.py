@@ -3,12 +3,12 @@
 import difflib
 import re
 from collections.abc import Iterable, Iterator, Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from fractions import Fraction
 from typing import Any
 
 from automata.error import AutomatonError
-from automata.expression import Expression, ExpressionError, Number, names, number, parse, too_large
+from automata.expression import Expression, ExpressionError, Number, names, parse, substitute, too_large
 
 LONGEST_NAME = 100
 
@@ -17,10 +17,14 @@ _LABEL = re.compile(r"[^\s=\[\],]+")
 
 @dataclass(frozen=True)
 class Field:
-    """A value and its path; each method answers what the value is, or says what was expected."""
+    """A value and its path; each method answers what the value is, or says what was expected.
+
+    `known` holds the values of the parameters that expressions may name.
+    """
 
     value: Any
     path: tuple[str | int, ...] = ()
+    known: Mapping[str, Fraction] = field(default_factory=dict)
 
     def error(self, message: str) -> AutomatonError:
         return AutomatonError(message, path=self.path)
@@ -32,7 +36,7 @@ class Field:
         """The fields of a table; with `allowed`, every other key is an error that names the nearest one."""
         if not isinstance(self.value, dict):
             raise self.expected("a table")
-        fields = {key: Field(value, (*self.path, key)) for key, value in self.value.items()}
+        fields = {key: self._inner(key, value) for key, value in self.value.items()}
         allowed = list(allowed)
         for key, entry in fields.items():
             if allowed and key not in allowed:
@@ -49,7 +53,16 @@ class Field:
     def items(self, what: str = "a list") -> list["Field"]:
         if not isinstance(self.value, list):
             raise self.expected(what)
-        return [Field(value, (*self.path, place)) for place, value in enumerate(self.value)]
+        return [self._inner(place, value) for place, value in enumerate(self.value)]
+
+    def entries(self) -> dict[str, "Field"]:
+        """The fields of a table whose keys are no labels: entries of matrices, or names such as a(u,v)."""
+        if not isinstance(self.value, dict):
+            raise self.expected("a table")
+        return {key: self._inner(key, value) for key, value in self.value.items()}
+
+    def _inner(self, key: str | int, value: Any) -> "Field":
+        return Field(value, (*self.path, key), self.known)
 
     def text(self, what: str = "a text in quotes") -> str:
         if not isinstance(self.value, str):
@@ -76,16 +89,20 @@ class Field:
             raise self._in_text(text, error) from None
 
     def number(self) -> Fraction:
-        """An exact number; a text may write it as an expression without names."""
+        """An exact number; a text may write it as an expression in parameters that have a value."""
         expression = self.expression()
         if isinstance(expression, Number):
             return expression.value
-        if names(expression):
-            raise self.error(f"expected a number, found the name {min(names(expression))!r}")
         try:
-            return number(self.text())
+            found = substitute(expression, self.known)
+        except ZeroDivisionError:
+            raise self.error(f"division by zero in {self.text()!r}") from None
         except ExpressionError as error:
             raise self._in_text(self.text(), error) from None
+        if isinstance(found, Number):
+            return found.value
+        name = min(names(found))
+        raise self.error(f"expected a number, found the name {name!r} (give it a value under [parameters])")
 
     def _in_text(self, text: str, error: ExpressionError) -> AutomatonError:
         shown = text if len(text) <= 60 else text[:57] + "..."
@@ -134,3 +151,13 @@ def _describe(value: Any) -> str:
             return "a number out of range"
         case _:
             return f"a {type(value).__name__}"
+
+
+def worked_out(entry: Expression | None, field: Field) -> Expression | None:
+    """An entry with the parameters that have a value put in."""
+    try:
+        return substitute(entry, field.known) if entry is not None else None
+    except ZeroDivisionError:
+        raise field.error(f"division by zero in '{entry}'") from None
+    except ExpressionError as error:
+        raise field.error(f"in '{entry}': {error}") from None

@@ -23,10 +23,11 @@ LARGEST_POWER = 12
 LONGEST_NUMBER = 60
 
 LARGEST_BITS = 1000
+LARGEST_DEGREE = 64
 
 _NUMBER = r"(?:\d+(?:\.\d*)?|\.\d+)(?:[eE][+-]?\d+)?"
 _TOKEN = re.compile(rf"\s*(?:({_NUMBER})|([A-Za-z_][A-Za-z_0-9]*)|(\S))", re.ASCII)
-_DEPENDENCE = re.compile(r"\(\s*([A-Za-z_]\w*(?:\s*,\s*[A-Za-z_]\w*)+)\s*\)", re.ASCII)
+_DEPENDENCE = re.compile(r"\(\s*([A-Za-z_]\w*(?:\s*,\s*[A-Za-z_]\w*)*)\s*\)", re.ASCII)
 
 
 class ExpressionError(ValueError):
@@ -43,12 +44,18 @@ class Number:
 
     value: Fraction
 
+    def __str__(self) -> str:
+        return str(self.value)
+
 
 @dataclass(frozen=True)
 class Name:
     """A parameter."""
 
     name: str
+
+    def __str__(self) -> str:
+        return self.name
 
 
 @dataclass(frozen=True)
@@ -58,6 +65,10 @@ class Operation:
     operator: str
     left: "Expression"
     right: "Expression"
+
+    def __str__(self) -> str:
+        sides = (f"({side})" if _compound(side) else str(side) for side in (self.left, self.right))
+        return f" {self.operator} ".join(sides) if self.operator in "+-" else self.operator.join(sides)
 
 
 Expression = Number | Name | Operation
@@ -69,6 +80,13 @@ _ARITHMETIC: dict[str, Callable[[Any, Any], Any]] = {
     "/": lambda left, right: left / right,
     "^": lambda left, right: left ** int(right),
 }
+
+
+def _compound(side: Expression) -> bool:
+    """Whether a part of an operation is written in parentheses."""
+    if isinstance(side, Number):
+        return side.value < 0 or side.value.denominator != 1
+    return isinstance(side, Operation)
 
 
 def too_large(value: Fraction) -> bool:
@@ -86,7 +104,10 @@ def parse(text: str) -> Expression:
     """
     if len(text) > LONGEST_TEXT:
         raise ExpressionError(f"an expression has at most {LONGEST_TEXT} characters", LONGEST_TEXT)
-    return _Parser(text).whole()
+    expression = _Parser(text).whole()
+    if degree(expression) > LARGEST_DEGREE:
+        raise ExpressionError(f"the degree of an expression is at most {LARGEST_DEGREE}", 0)
+    return expression
 
 
 def number(text: str) -> Fraction:
@@ -124,6 +145,42 @@ def evaluate(expression: Expression, values: Mapping[str, Any]) -> Any:
             return values[name]
         case Operation(operator, left, right):
             return _ARITHMETIC[operator](evaluate(left, values), evaluate(right, values))
+
+
+def degree(expression: Expression) -> int:
+    """A bound on the degrees of numerator and denominator, sums being brought to one denominator."""
+    match expression:
+        case Number():
+            return 0
+        case Name():
+            return 1
+        case Operation("^", left, Number(power)):
+            return degree(left) * abs(int(power))
+        case Operation(_, left, right):
+            return degree(left) + degree(right)
+
+
+def substitute(expression: Expression, values: Mapping[str, Fraction]) -> Expression:
+    """The expression with names replaced by numbers, and worked out where no name is left.
+
+    Raises `ZeroDivisionError`, and `ExpressionError` for a number out of range.
+
+    >>> str(substitute(parse("u + v/2"), {"v": Fraction(3)}))
+    'u + (3/2)'
+    """
+    match expression:
+        case Number():
+            return expression
+        case Name(name):
+            return Number(values[name]) if name in values else expression
+        case Operation(operator, left, right):
+            left, right = substitute(left, values), substitute(right, values)
+            if isinstance(left, Number) and isinstance(right, Number):
+                value = _ARITHMETIC[operator](left.value, right.value)
+                if too_large(value):
+                    raise ExpressionError("the number is too large", 0)
+                return Number(value)
+            return Operation(operator, left, right)
 
 
 class _Parser:

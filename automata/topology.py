@@ -12,6 +12,9 @@ from itertools import islice
 
 from automata.automaton import Automaton, Word
 from automata.error import AutomatonError
+from automata.expression import Number
+from automata.merging import merged
+from automata.parameters import settled
 from automata.symmetry import Groups, Permutation, compose, inverse, symmetry_groups
 
 Located = tuple[Word, Permutation]
@@ -39,16 +42,19 @@ class Subdivided:
 
 
 class Topology:
-    """The gluing of all cells of an automaton, worked out cell by cell when first asked for."""
+    """The gluing of all cells of an automaton, worked out cell by cell when first asked for.
+
+    `automaton` is the given one with its parameters settled and the cells merged that must be one.
+    """
 
     def __init__(self, automaton: Automaton):
-        self.automaton = automaton
+        self.automaton = merged(settled(automaton)).automaton
         self._room = MOST_WORDS
         self._subdivided: dict[str, Subdivided] = {}
         self._boundaries: dict[str, tuple[Word, ...]] = {}
         self._coincident: dict[str, dict[Word, Located]] = {}
         self._equations: dict[str, dict[str, list[Relation]]] = {}
-        self.groups: Groups = symmetry_groups(automaton)
+        self.groups: Groups = symmetry_groups(self.automaton)
 
     def boundaries(self, cell: str) -> tuple[Word, ...]:
         """All paths of one or more boundary labels, shortest first within each branch."""
@@ -176,12 +182,18 @@ class Topology:
 
 
 def embedding(automaton: Automaton, cell: str, path: Word) -> tuple:
-    """The columns of the embedding along a boundary path, as a key: equal keys are equal matrices."""
-    points = automaton.cells[cell].points
+    """The columns of the embedding along a boundary path, as a key: equal keys are equal matrices.
+
+    An embedding that is unknown, or has parameters without a value, is equal to no other one's.
+    """
+    start, points = cell, automaton.cells[cell].points
     columns = [{row: 1} for row in range(points)]
     for label in path:
         boundary = automaton.cells[cell].boundary[label]
         width = len(boundary.matrix[0])
+        if not all(isinstance(entry, Number) for row in boundary.matrix for entry in row):
+            width = automaton.cells[automaton.end(start, path)].points
+            return tuple(((path, column),) for column in range(width))
         columns = [_column(columns, boundary.matrix, j) for j in range(width)]
         cell = boundary.cell
     return tuple(tuple(sorted(column.items())) for column in columns)

@@ -9,12 +9,14 @@ import automata
 import subdivision
 from automata import Automaton
 from bcifs.failure import CheckFailed
-from bcifs.options import AsJson, File, Settings
-from bcifs.values import overridden, parse_settings
+from bcifs.options import AsJson, AsLatex, File, Settings
+from bcifs.values import parse_settings
+from subdivision import overridden
 from subdivision.display import as_data, as_text
+from subdivision.latex import as_latex
 
 
-def solve(file: File, set_: Settings = None, as_json: AsJson = False) -> None:
+def solve(file: File, set_: Settings = None, as_json: AsJson = False, latex: AsLatex = False) -> None:
     """Show the degrees of freedom, the free parameters and all matrices.
 
     Without --set the whole family is shown, whatever the file sets; with --set the family that these values
@@ -26,7 +28,9 @@ def solve(file: File, set_: Settings = None, as_json: AsJson = False) -> None:
     solution = subdivision.solve(automaton)
     solution.with_values(automaton.values)  # a value of the file that is impossible is an error here too
     solution = solution.with_values(values)
-    if as_json:
+    if latex:
+        typer.echo(as_latex(solution), nl=False)
+    elif as_json:
         answer(as_data(solution) | {"values": {key: str(value) for key, value in values.items()}})
     else:
         typer.echo(as_text(solution), nl=False)
@@ -90,7 +94,7 @@ def list_builtin() -> None:
         automaton = automata.read(name)
         free = subdivision.solve(automaton).degrees_of_freedom
         freedom = f"{free} degree{'' if free == 1 else 's'} of freedom" if free else "no freedom left"
-        typer.echo(f"{name:<24}{automaton.name:<26}{_where(automaton):<14}{freedom}")
+        typer.echo(f"{name:<30}{automaton.name:<30}{_where(automaton):<14}{freedom}")
 
 
 def load(file: str, settings: list[str] | None, *, contracting: bool = True):

@@ -4,7 +4,7 @@ from typing import Annotated
 
 import typer
 
-from bcifs import answers, products
+from bcifs import answers, choose_command, graph_command, map_command, products
 
 app = typer.Typer(
     name="bcifs",
@@ -38,12 +38,15 @@ def _bcifs(
 
 for name, command in (
     ("solve", answers.solve),
+    ("choose", choose_command.choose),
     ("info", answers.info),
     ("render", products.render),
     ("mesh", products.mesh),
     ("print", products.print_part),
     ("check", answers.check),
     ("fld", answers.fld),
+    ("map", map_command.map_behaviour),
+    ("graph", graph_command.graph),
     ("list", answers.list_builtin),
 ):
     app.command(name)(command)

@@ -12,6 +12,7 @@ Settings = Annotated[
     ),
 ]
 AsJson = Annotated[bool, typer.Option("--json", help="Answer as JSON.")]
+AsLatex = Annotated[bool, typer.Option("--latex", help="Answer as LaTeX (amsmath): a block of matrices.")]
 Depth = Annotated[
     int | None,
     typer.Option(min=0, metavar="N", help="Number of subdivisions (default: until the detail is fine)."),

@@ -1,12 +1,10 @@
 """Values that are set on the command line: `--set a=1/4 "edge.0[1,0]=3/8"`."""
 
-from collections.abc import Iterable, Mapping, Sequence
-from dataclasses import replace
+from collections.abc import Iterable, Sequence
 from fractions import Fraction
 
-from automata import Automaton
 from automata.expression import ExpressionError, number
-from subdivision import WrongValue, solve
+from subdivision import WrongValue
 
 
 def spread(arguments: Sequence[str]) -> list[str]:
@@ -47,24 +45,3 @@ def parse_settings(texts: Iterable[str]) -> dict[str, Fraction]:
         except ExpressionError as error:
             raise WrongValue(f"--set {text}: in {value!r}, character {error.position + 1}: {error}") from None
     return values
-
-
-def overridden(automaton: Automaton, values: Mapping[str, Fraction]) -> Automaton:
-    """The automaton with other values set; those of the file stay where they still are a choice.
-
-    A value of the file gives way where the new ones say otherwise, be it through another entry of
-    the same parameter. Raises `WrongValue` for a value that is impossible.
-    """
-    if not values:
-        return automaton
-    family = solve(automaton)
-    family.with_values(automaton.values)
-    chosen = family.with_values(values)
-    kept = dict(values)
-    for key, value in automaton.values.items():
-        try:
-            chosen = chosen.with_values({key: value})
-        except WrongValue:
-            continue
-        kept[key] = value
-    return replace(automaton, values=kept)

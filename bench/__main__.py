@@ -1,6 +1,7 @@
 """All benchmarks, one after the other."""
 
-from bench import solve_start
+from bench import solve_size, solve_start
 
-for line in solve_start.report():
-    print(line, flush=True)
+for report in (solve_start.report, solve_size.report):
+    for line in report():
+        print(line, flush=True)

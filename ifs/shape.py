@@ -1,7 +1,7 @@
 """A shape: an automaton with its operators as numbers and its control points."""
 
 from collections.abc import Mapping
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from fractions import Fraction
 from os import PathLike
 
@@ -44,34 +44,18 @@ def shape(
     """The shape of an automaton, a file or a built-in name, ready to be evaluated.
 
     `values` set parameters or entries over those of the description, which hold where they still
-    are a choice; `control` replaces its control
-    points. Raises `automata.AutomatonError` for a wrong description, `subdivision.Contradiction`,
-    `subdivision.Undetermined` when parameters are left without a value, and `ValueError` for control
-    points of the wrong number or not finite.
+    are a choice; `control` replaces its control points. Raises `automata.AutomatonError` for a wrong
+    description, `subdivision.Contradiction`, `subdivision.Undetermined` when parameters are left without
+    a value, and `ValueError` for control points of the wrong number or not finite.
 
     >>> shape("corner-cutting").control.shape
     (3, 2)
     """
     automaton = source if isinstance(source, Automaton) else automata.read(source)
+    automaton = subdivision.overridden(automaton, values or {})
     solution = subdivision.solve(automaton)
-    if values:
-        automaton = _overridden(solution, values)
-        solution = subdivision.solve(automaton)
     points = _control(automaton, control)
     return Shape(automaton.name, Topology(automaton), system(automaton, solution.numbers()), points)
-
-
-def _overridden(family: subdivision.Solution, values: Mapping[str, Fraction]) -> Automaton:
-    """The automaton with other values; one of its own gives way where they determine the same entry."""
-    family.with_values(family.automaton.values)
-    chosen, kept = family.with_values(values), dict(values)
-    for key, value in family.automaton.values.items():
-        try:
-            chosen = chosen.with_values({key: value})
-        except subdivision.WrongValue:
-            continue
-        kept[key] = value
-    return replace(family.automaton, values=kept)
 
 
 def system(automaton: Automaton, numbers: Mapping[str, Mapping[str, subdivision.Exact]]) -> System:

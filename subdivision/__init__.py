@@ -1,6 +1,7 @@
 """Constraints in, matrices out: the solver and the families that it finds."""
 
-from subdivision.error import Contradiction, NotLinear, Undetermined, WrongValue
+from subdivision.error import Contradiction, NotLinear, TooMuchWork, Undetermined, WrongValue
+from subdivision.override import overridden
 from subdivision.solution import Exact, Parameter, Solution
 from subdivision.solve import solve
 
@@ -10,7 +11,9 @@ __all__ = [
     "NotLinear",
     "Parameter",
     "Solution",
+    "TooMuchWork",
     "Undetermined",
     "WrongValue",
+    "overridden",
     "solve",
 ]

@@ -2,13 +2,12 @@
 
 from collections.abc import Iterator
 from dataclasses import dataclass
-from fractions import Fraction
 from functools import reduce
 
 from automata import Automaton, Cell, Equation
-from automata.expression import Number
-from subdivision.form import CONSTANT, Columns, Form, Product, difference, matmul
-from subdivision.unknowns import Unknowns, factors, with_given
+from subdivision.coefficients import open_parameters, reader
+from subdivision.form import CONSTANT, Columns, Form, Product, add, constant, difference, matmul
+from subdivision.unknowns import Unknowns, factors
 
 
 @dataclass(frozen=True)
@@ -19,55 +18,72 @@ class Constraint:
     forms: tuple[Form, ...]
 
 
-def constraints(automaton: Automaton, table: Unknowns) -> tuple[list[Constraint], list[str]]:
-    """All constraints, and the texts of those that are not linear.
+@dataclass(frozen=True)
+class Statement:
+    """An equation that multiplies unknowns with each other, so that it is linear only once some are known."""
+
+    text: str
+    cell: str
+    equation: Equation
+
+    def constraint(self, automaton: Automaton, operators: Unknowns) -> Constraint | None:
+        """The linear constraint that it is with these operators, or None while it still is none."""
+        try:
+            return Constraint(self.text, tuple(_residual(automaton, self.cell, self.equation, operators)))
+        except Product:
+            return None
+
+
+def constraints(automaton: Automaton, table: Unknowns) -> tuple[list[Constraint], list[Statement]]:
+    """The linear constraints, and the equations that are not linear.
 
     Stated incidence and adjacency, what declared symmetries imply, given matrices, and unit column sums.
     """
-    given = with_given(automaton, table)
     linear: list[Constraint] = []
-    products: list[str] = []
+    products: list[Statement] = []
     for cell in automaton.cells.values():
-        for equation in (*cell.equations, *cell.symmetry_equations()):
-            text = f"{cell.name}: {equation.text}"
-            try:
-                linear.append(Constraint(text, tuple(_residual(automaton, cell, equation, table))))
-                continue
-            except Product:
-                pass
-            try:
-                linear.append(Constraint(text, tuple(_residual(automaton, cell, equation, given))))
-            except Product:
-                products.append(text)
-        linear.extend(_given(cell, table))
+        for equation in (*cell.equations, *cell.coherence, *cell.symmetry_equations()):
+            statement = Statement(f"{cell.name}: {equation.text}", cell.name, equation)
+            found = statement.constraint(automaton, table)
+            if found is None:
+                products.append(statement)
+            else:
+                linear.append(found)
+        linear.extend(_given(automaton, cell, table))
         linear.extend(_sums(cell, table))
     return linear, products
 
 
-def _residual(automaton: Automaton, cell: Cell, equation: Equation, table: Unknowns) -> list[Form]:
+def _residual(automaton: Automaton, cell: str, equation: Equation, table: Unknowns) -> list[Form]:
     sides: list[Columns] = [
-        reduce(matmul, factors(automaton, cell.name, word, table)) for word in (equation.left, equation.right)
+        reduce(matmul, factors(automaton, cell, word, table)) for word in (equation.left, equation.right)
     ]
     return difference(*sides)
 
 
-def _given(cell: Cell, table: Unknowns) -> Iterator[Constraint]:
+def _given(automaton: Automaton, cell: Cell, table: Unknowns) -> Iterator[Constraint]:
+    read = reader(open_parameters(automaton)) if cell.matrices else None
     for label, rows in cell.matrices.items():
+        assert read is not None
         columns = table.operators[cell.name, label]
         forms = []
         for i, row in enumerate(rows):
             for j, entry in enumerate(row):
-                if isinstance(entry, Number):
-                    forms.append({**columns[j][i], CONSTANT: -entry.value})
-        text = f"{cell.name}: the matrix given for {label}"
-        yield Constraint(text, tuple({k: v for k, v in form.items() if v} for form in forms))
+                if entry is not None:
+                    forms.append(add(columns[j][i], constant(read(entry)), -1))
+        yield Constraint(f"{cell.name}: the matrix given for {label}", tuple(forms))
 
 
 def _sums(cell: Cell, table: Unknowns) -> Iterator[Constraint]:
-    for label in cell.subdivision:
-        columns = table.operators[cell.name, label]
-        forms = tuple(
-            {**{key: Fraction(1) for form in column.values() for key in form}, CONSTANT: Fraction(-1)}
-            for column in columns
-        )
-        yield Constraint(f"{cell.name}: the columns of {label} sum to 1", forms)
+    labels = [*cell.subdivision, *(label for label in cell.boundary if not table.selects(cell.name, label))]
+    for label in labels:
+        forms = []
+        for column in table.operators[cell.name, label]:
+            total: dict[int, object] = {CONSTANT: -1}
+            for form in column.values():
+                if len(form) == 1 and CONSTANT not in form:
+                    total.update(form)
+                else:
+                    total = dict(add(total, form))
+            forms.append(total)
+        yield Constraint(f"{cell.name}: the columns of {label} sum to 1", tuple(f for f in forms if f))

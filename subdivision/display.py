@@ -2,9 +2,9 @@
 
 import re
 from collections.abc import Sequence
-from fractions import Fraction
 from typing import Any
 
+from subdivision.coefficients import Scalar, is_number, text_of
 from subdivision.form import CONSTANT, Form
 from subdivision.solution import Forms, Solution
 
@@ -23,13 +23,17 @@ def expression(form: Form, names: Sequence[str]) -> str:
     terms = []
     for key in sorted(form):
         coefficient = form[key]
-        body = _term(abs(coefficient), "" if key == CONSTANT else names[key])
-        sign = "-" if coefficient < 0 else "+"
-        terms.append(f" {sign} {body}" if terms else ("-" if coefficient < 0 else "") + body)
+        name = "" if key == CONSTANT else names[key]
+        negative = is_number(coefficient) and coefficient < 0
+        body = _term(-coefficient if negative else coefficient, name)
+        terms.append(f" {'-' if negative else '+'} {body}" if terms else ("-" if negative else "") + body)
     return "".join(terms)
 
 
-def _term(coefficient: Fraction, name: str) -> str:
+def _term(coefficient: Scalar, name: str) -> str:
+    if not is_number(coefficient):
+        text = text_of(coefficient)
+        return f"({text})*{name}" if name else text
     if not name:
         return str(coefficient)
     numerator = "" if coefficient.numerator == 1 else str(coefficient.numerator)
@@ -55,6 +59,8 @@ def as_text(solution: Solution) -> str:
     names = [parameter.name for parameter in solution.parameters]
     count = solution.degrees_of_freedom
     lines = [f"{solution.automaton.name}: {count} degree{'' if count == 1 else 's'} of freedom", ""]
+    if solution.notes:
+        lines += [*(f"  {note}" for note in solution.notes), ""]
     values = solution.automaton.values
     for parameter in solution.free:
         given = values.get(parameter.name, values.get(str(parameter.entry)))
@@ -71,12 +77,14 @@ def as_text(solution: Solution) -> str:
 def as_data(solution: Solution) -> dict[str, Any]:
     """The same as plain data, ready for JSON.
 
-    `degrees_of_freedom` is an integer, `parameters` the names of the free ones, `entries` the entry of each,
+    `notes` says which cells are one, `degrees_of_freedom` is an integer, `parameters` the names of
+    the free ones, `entries` the entry of each,
     `matrices` cell, then label, then rows of expressions as texts.
     """
     names = [parameter.name for parameter in solution.parameters]
     return {
         "name": solution.automaton.name,
+        "notes": list(solution.notes),
         "degrees_of_freedom": solution.degrees_of_freedom,
         "parameters": [parameter.name for parameter in solution.free],
         "entries": {parameter.name: str(parameter.entry) for parameter in solution.free},

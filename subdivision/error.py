@@ -1,6 +1,6 @@
 """Why a description has no matrices, or not yet."""
 
-from fractions import Fraction
+from subdivision.coefficients import Scalar, text_of
 
 
 class Contradiction(ValueError):
@@ -10,13 +10,13 @@ class Contradiction(ValueError):
     none of whose members can be left out; `residual` is the number that they claim to be zero.
     """
 
-    def __init__(self, equations: tuple[str, ...], residual: Fraction):
+    def __init__(self, equations: tuple[str, ...], residual: Scalar):
         self.equations = equations
         self.residual = residual
         listed = "".join(f"\n  - {equation}" for equation in equations)
         super().__init__(
-            f"the constraints contradict each other (they require {residual} = 0). These cannot hold "
-            f"together, and leaving any one out removes the contradiction:{listed}"
+            f"the constraints contradict each other (they require {text_of(residual)} = 0). These cannot "
+            f"hold together, and leaving any one out removes the contradiction:{listed}"
         )
 
 
@@ -27,8 +27,8 @@ class NotLinear(ValueError):
         self.equations = equations
         listed = "".join(f"\n  - {equation}" for equation in equations)
         super().__init__(
-            "these constraints multiply unknown operators with each other; shorten their paths, "
-            f"or give one of the operators:{listed}"
+            "these constraints multiply unknowns with each other, and the others do not settle enough; "
+            f"shorten their paths, or give one of the operators:{listed}"
         )
 
 
@@ -45,4 +45,15 @@ class Undetermined(ValueError):
         super().__init__(
             f"{len(parameters)} parameter{'s' if len(parameters) > 1 else ''} without a value: {shown}; "
             "set them under [set] in the file or with --set NAME=VALUE"
+        )
+
+
+class TooMuchWork(ValueError):
+    """A system whose exact solution takes more steps than allowed; `limit` is their number."""
+
+    def __init__(self, limit: int):
+        self.limit = limit
+        super().__init__(
+            f"solving these constraints exactly takes over {limit} steps of arithmetic: use embeddings that "
+            "select points, or fewer points in cells with dense embeddings"
         )

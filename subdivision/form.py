@@ -1,24 +1,25 @@
 """Affine forms `c + sum c_i x_i` over unknowns, and sparse matrices of them."""
 
 from collections.abc import Mapping
-from fractions import Fraction
+
+from subdivision.coefficients import Scalar
 
 CONSTANT = -1
 """The key of a form's constant term; the unknowns are numbered from 0."""
 
-Form = Mapping[int, Fraction]
+Form = Mapping[int, Scalar]
 Column = Mapping[int, Form]
 Columns = list[Column]
 """A matrix by columns; each column holds its nonzero rows."""
 
-ONE: Form = {CONSTANT: Fraction(1)}
+ONE: Form = {CONSTANT: 1}
 
 
 class Product(ArithmeticError):
     """Two unknowns are multiplied: the result is no affine form."""
 
 
-def constant(value: Fraction) -> Form:
+def constant(value: Scalar) -> Form:
     return {CONSTANT: value} if value else {}
 
 
@@ -26,7 +27,7 @@ def is_constant(form: Form) -> bool:
     return not form or (len(form) == 1 and CONSTANT in form)
 
 
-def add(left: Form, right: Form, factor: Fraction = Fraction(1)) -> Form:
+def add(left: Form, right: Form, factor: Scalar = 1) -> Form:
     """`left + factor · right`."""
     result = dict(left)
     for key, coefficient in right.items():
@@ -38,7 +39,7 @@ def add(left: Form, right: Form, factor: Fraction = Fraction(1)) -> Form:
     return result
 
 
-def scale(form: Form, factor: Fraction) -> Form:
+def scale(form: Form, factor: Scalar) -> Form:
     if factor == 1:
         return form
     return {key: factor * coefficient for key, coefficient in form.items()}
@@ -78,5 +79,5 @@ def difference(left: Columns, right: Columns) -> list[Form]:
         for row in first.keys() | second.keys():
             one, other = first.get(row, {}), second.get(row, {})
             if one != other:
-                entries.append(add(one, other, Fraction(-1)))
+                entries.append(add(one, other, -1))
     return entries

@@ -1,14 +1,18 @@
 """From an automaton to the family of all its operators."""
 
 import string
-from collections.abc import Iterator, Mapping, Sequence
-from itertools import count
+from collections.abc import Iterable, Iterator, Mapping, Sequence
+from dataclasses import replace
+from itertools import chain, count
 
-from automata import Automaton
-from subdivision.constraints import Constraint, constraints
-from subdivision.elimination import Inconsistent, LinearSystem, minimal_conflict
+from automata import Automaton, Cell
+from automata.merging import Merged, merged
+from automata.parameters import parameter_names, resolved, settled
+from subdivision.coefficients import Scalar, exact
+from subdivision.constraints import Constraint, Statement, constraints
+from subdivision.elimination import Inconsistent, LinearSystem, minimal_subset
 from subdivision.error import Contradiction, NotLinear, WrongValue
-from subdivision.form import CONSTANT, Form
+from subdivision.form import CONSTANT, Columns, Form
 from subdivision.solution import Forms, Parameter, Solution
 from subdivision.unknowns import Entry, Unknowns, unknowns
 
@@ -18,62 +22,156 @@ def solve(automaton: Automaton) -> Solution:
 
     The unknowns are the entries of every subdivision operator; the equations are the stated incidences
     and adjacencies, those that the symmetries imply, the given entries, and `sum of each column = 1`.
-    All are linear, so the solutions form an affine family, found in exact rational arithmetic.
+    All are linear, so the solutions form an affine family, found in exact arithmetic: over the rationals, or
+    over rational functions in the parameters that have no value. Embeddings may be unknown as well: equations
+    that multiply unknowns wait until the linear ones have settled enough of them. Cells that gluing forces
+    to be one are one; `Solution.notes` says so, and the operators are listed under all names.
 
-    Raises `Contradiction` with an irreducible conflicting subset, and `NotLinear` where a path multiplies two
-    unknown operators. Source: Gentil 2010, §4.3.1.
+    Raises `Contradiction` with a least conflicting subset, `NotLinear` where products of unknowns stay,
+    `TooMuchWork` for a system too dense to solve, and `AutomatonError` for cells that cannot be one.
+    Source: Gentil 2010, §4.3.1.
 
     >>> import automata
     >>> [str(p.entry) for p in solve(automata.read("corner-cutting")).parameters]
     ['edge.0[1,0]', 'edge.0[0,1]']
     """
-    table = unknowns(automaton)
-    linear, products = constraints(automaton, table)
-    if products:
-        raise NotLinear(tuple(products))
-    system = LinearSystem(len(table.entries), lambda i: (table.diagonal(i), i))
+    automaton = resolved(automaton)
+    merging = merged(settled(automaton))
+    whole = merging.automaton
+    table = unknowns(whole)
+    named = _named(merging, table)
+    linear, products = constraints(whole, table)
     try:
-        system.require(form for constraint in linear for form in constraint.forms)
+        system, rest = _solved(whole, table, linear, products, named)
     except Inconsistent:
-        raise _contradiction(linear, len(table.entries)) from None
+        raise _contradiction(whole, table, linear, products) from None
+    if rest:
+        raise NotLinear(tuple(statement.text for statement in rest))
     free = system.free(range(len(table.entries)))
     numbered = {unknown: i for i, unknown in enumerate(free)}
     operators = {
-        name: {label: _rows(table, system, numbered, name, label) for label in cell.subdivision}
-        for name, cell in automaton.cells.items()
+        name: {label: _rows(table, system, numbered, name, label) for label in _unknown_labels(cell, table)}
+        for name, cell in whole.cells.items()
     }
-    names = _names(automaton.names, [table.entries[unknown] for unknown in free])
-    parameters = tuple(
-        Parameter(name, table.entries[unknown]) for name, unknown in zip(names, free, strict=True)
-    )
-    return Solution(automaton, parameters, operators, {})
+    parameters = tuple(_parameters(whole, table, system, free, named))
+    return Solution(automaton, parameters, _all_names(merging, operators), {}, merging.notes)
 
 
-def _contradiction(linear: Sequence[Constraint], unknowns: int) -> Contradiction:
-    chosen, residual = minimal_conflict([constraint.forms for constraint in linear], unknowns)
-    return Contradiction(tuple(linear[i].text for i in chosen), residual)
+def _solved(
+    automaton: Automaton,
+    table: Unknowns,
+    linear: Sequence[Constraint],
+    products: Sequence[Statement],
+    named: Iterable[int] = (),
+) -> tuple[LinearSystem, list[Statement]]:
+    """Solve the linear constraints, put the result into the others, and go on while any become linear."""
+    system = LinearSystem(len(table.entries), lambda i: (table.diagonal(i), i), named)
+    system.require(form for constraint in linear for form in constraint.forms)
+    rest = list(products)
+    while rest:
+        known = replace(table, operators=_Reduced(table.operators, system))
+        found = [(statement, statement.constraint(automaton, known)) for statement in rest]
+        settled_now = [constraint for _, constraint in found if constraint is not None]
+        if not settled_now:
+            break
+        system.require(form for constraint in settled_now for form in constraint.forms)
+        rest = [statement for statement, constraint in found if constraint is None]
+    return system, rest
+
+
+class _Reduced(dict):
+    """Operators in terms of what a system leaves free, each worked out when it is first asked for."""
+
+    def __init__(self, operators: Mapping[tuple[str, str], Columns], system: LinearSystem):
+        super().__init__()
+        self.operators = operators
+        self.system = system
+
+    def __missing__(self, key: tuple[str, str]) -> Columns:
+        columns: Columns = [
+            {row: value for row, form in column.items() if (value := self.system.reduce(form))}
+            for column in self.operators[key]
+        ]
+        self[key] = columns
+        return columns
+
+
+def _contradiction(
+    automaton: Automaton, table: Unknowns, linear: Sequence[Constraint], products: Sequence[Statement]
+) -> Contradiction:
+    statements = [*linear, *products]
+
+    def residual(chosen: Sequence[int]) -> Scalar | None:
+        some = [statements[i] for i in chosen]
+        try:
+            _solved(
+                automaton,
+                table,
+                [one for one in some if isinstance(one, Constraint)],
+                [one for one in some if isinstance(one, Statement)],
+            )
+        except Inconsistent as error:
+            return error.residual
+        return None
+
+    chosen, found = minimal_subset(len(statements), residual)
+    return Contradiction(tuple(statements[i].text for i in chosen), found)
+
+
+def _unknown_labels(cell: Cell, table: Unknowns) -> Iterator[str]:
+    """The labels of the sub-cells, and of the embeddings that were not known."""
+    yield from cell.subdivision
+    sought = {(entry.cell, entry.label) for entry in table.entries}
+    yield from (label for label in cell.boundary if (cell.name, label) in sought)
+
+
+def _all_names(merging: Merged, operators: Mapping[str, Mapping[str, Forms]]) -> dict[str, dict[str, Forms]]:
+    """The operators under the name of every cell, also of those that another one stands for."""
+    result: dict[str, dict[str, Forms]] = {}
+    for name, standing in merging.standing.items():
+        back = {new: old for (cell, old), new in merging.renamed.items() if cell == name}
+        result[name] = {back.get(label, label): rows for label, rows in operators[standing].items()}
+    return result
 
 
 def _rows(table: Unknowns, system: LinearSystem, numbered: Mapping[int, int], cell: str, label: str) -> Forms:
     columns = table.operators[cell, label]
     return tuple(
-        tuple(_renamed(system.reduce(column[row]), numbered) for column in columns)
-        for row in range(len(columns[0]))
+        tuple(_renamed(system.reduce(column.get(row, {})), numbered) for column in columns)
+        for row in range(table.points[cell])
     )
 
 
 def _renamed(form: Form, numbered: Mapping[int, int]) -> Form:
-    return {key if key == CONSTANT else numbered[key]: value for key, value in form.items()}
+    return {key if key == CONSTANT else numbered[key]: exact(value) for key, value in form.items()}
 
 
-def _names(given: Mapping[str, str], entries: Sequence[Entry]) -> Iterator[str]:
-    """The user's names where given, else a, b, c … (p1, p2 … when there are more than 26)."""
-    by_entry = {text.replace(" ", ""): name for name, text in given.items()}
-    unknown = set(by_entry) - {str(entry) for entry in entries}
-    if unknown:
-        listed = ", ".join(str(entry) for entry in entries[:12])
-        raise WrongValue(f"[names] {min(unknown)} is no free entry; the free ones are {listed}")
-    letters = iter(string.ascii_lowercase) if len(entries) <= 26 else (f"p{i}" for i in count(1))
-    fresh = (name for name in letters if name not in given)
-    for entry in entries:
-        yield by_entry.get(str(entry)) or next(fresh)
+def _named(merging: Merged, table: Unknowns) -> dict[int, str]:
+    """The unknowns that the description names, which stay free if they can."""
+    names = {merging.entry(text): name for name, text in merging.automaton.names.items()}
+    found = {i: names.pop(str(entry)) for i, entry in enumerate(table.entries) if str(entry) in names}
+    if names:
+        raise WrongValue(f"[names] there is no entry {min(names)}")
+    return found
+
+
+def _parameters(
+    automaton: Automaton, table: Unknowns, system: LinearSystem, free: Sequence[int], named: Mapping[int, str]
+) -> Iterator[Parameter]:
+    """The free unknowns under the user's names where given, else a, b, c … (p1, p2 … when over 26)."""
+    by_root: dict[int, tuple[str, Entry]] = {}
+    for unknown, name in named.items():
+        root = system.root(unknown)
+        if root not in free or root in by_root:
+            why = f"it is {by_root[root][0]}" if root in by_root else "others determine it"
+            listed = ", ".join(str(table.entries[i]) for i in free[:12])
+            entry = table.entries[unknown]
+            raise WrongValue(f"[names] {entry} is no free entry; the free ones are {listed} ({why})")
+        by_root[root] = name, table.entries[unknown]
+    taken = {*automaton.names, *parameter_names(automaton)}
+    numbers = (f"p{i}" for i in count(1))
+    letters = chain(string.ascii_lowercase, numbers) if len(free) <= 26 else numbers
+    fresh = (name for name in letters if name not in taken)
+    for unknown in free:
+        name, entry = by_root.get(unknown) or (next(fresh), table.entries[unknown])
+        yield Parameter(name, entry)

@@ -1,14 +1,13 @@
 """The unknown entries of an automaton's operators, and the operators as matrices of affine forms."""
 
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass
-from fractions import Fraction
 from typing import NamedTuple
 
 from automata import Automaton
 from automata.automaton import Rows, Word
-from automata.expression import Number
-from subdivision.form import ONE, Columns, Form, constant
+from subdivision.coefficients import is_number, open_parameters, reader
+from subdivision.form import ONE, Columns, Form, constant, is_constant
 
 
 class Entry(NamedTuple):
@@ -26,14 +25,23 @@ class Entry(NamedTuple):
 @dataclass(frozen=True)
 class Unknowns:
     """The unknowns of an automaton in the order in which they are named: the shape's operators first, each by
-    columns. `operators` holds the matrices, `(cell, label)` to columns of forms."""
+    columns. `operators` holds the matrices, `(cell, label)` to columns of forms; `points` the sizes."""
 
     entries: tuple[Entry, ...]
     operators: dict[tuple[str, str], Columns]
+    points: dict[str, int]
 
     def diagonal(self, unknown: int) -> bool:
         entry = self.entries[unknown]
         return entry.row == entry.column
+
+    def selects(self, cell: str, label: str) -> bool:
+        """Whether an embedding is known in numbers, which the description's reader has checked."""
+        return all(
+            is_constant(form) and all(is_number(value) for value in form.values())
+            for column in self.operators[cell, label]
+            for form in column.values()
+        )
 
 
 def unknowns(automaton: Automaton) -> Unknowns:
@@ -46,48 +54,38 @@ def unknowns(automaton: Automaton) -> Unknowns:
             for column in range(automaton.cells[target].points):
                 start = len(entries)
                 entries.extend(Entry(cell.name, label, row, column) for row in range(cell.points))
-                columns.append({row: {start + row: Fraction(1)} for row in range(cell.points)})
+                columns.append({row: {start + row: 1} for row in range(cell.points)})
             operators[cell.name, label] = columns
-        for label, boundary in cell.boundary.items():
-            operators[cell.name, label] = _columns(boundary.matrix)
         for label, symmetry in cell.symmetry.items():
             operators[cell.name, label] = [{row: ONE} for row in symmetry.points]
-    return Unknowns(tuple(entries), operators)
+    read = reader(open_parameters(automaton))
+    for cell in _in_order(automaton):
+        for label, boundary in cell.boundary.items():
+            operators[cell.name, label] = _embedding(cell.name, label, boundary.matrix, read, entries)
+    points = {name: cell.points for name, cell in automaton.cells.items()}
+    return Unknowns(tuple(entries), operators, points)
 
 
-def with_given(automaton: Automaton, table: Unknowns) -> Unknowns:
-    """The same with the entries that the description gives as constants in place of unknowns."""
-    operators = dict(table.operators)
-    for cell in automaton.cells.values():
-        for label, rows in cell.matrices.items():
-            operators[cell.name, label] = [
-                {row: form for row, line in enumerate(rows) if (form := _entry(line[j], column[row]))}
-                for j, column in enumerate(operators[cell.name, label])
-            ]
-    return Unknowns(table.entries, operators)
-
-
-def _entry(given, unknown: Form) -> Form:
-    return constant(given.value) if isinstance(given, Number) else unknown
+def _embedding(cell: str, label: str, rows: Rows, read: Callable, entries: list[Entry]) -> Columns:
+    """The columns of an embedding; entries that are not given join the unknowns, after all others."""
+    columns: Columns = []
+    for j in range(len(rows[0])):
+        column: dict[int, Form] = {}
+        for i, row in enumerate(rows):
+            given = row[j]
+            if given is None:
+                column[i] = {len(entries): 1}
+                entries.append(Entry(cell, label, i, j))
+            elif form := constant(read(given)):
+                column[i] = form
+        columns.append(column)
+    return columns
 
 
 def _in_order(automaton: Automaton) -> Iterator:
     reachable = automaton.reachable()
     yield from (automaton.cells[name] for name in reachable)
     yield from (cell for name, cell in automaton.cells.items() if name not in reachable)
-
-
-def _columns(rows: Rows) -> Columns:
-    return [
-        {row: constant(_known(line[column])) for row, line in enumerate(rows) if _known(line[column])}
-        for column in range(len(rows[0]))
-    ]
-
-
-def _known(entry) -> Fraction:
-    if not isinstance(entry, Number):
-        raise NotImplementedError("embeddings are given as numbers")
-    return entry.value
 
 
 def factors(automaton: Automaton, cell: str, word: Word, table: Unknowns) -> list[Columns]:

@@ -8,8 +8,8 @@ from hypothesis import strategies as st
 
 import automata
 import subdivision
-from bcifs.values import overridden, parse_settings, spread
-from subdivision import WrongValue
+from bcifs.values import parse_settings, spread
+from subdivision import WrongValue, overridden
 
 
 def test_several_values_after_one_set():
