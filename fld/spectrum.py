@@ -5,7 +5,8 @@ from dataclasses import dataclass
 import numpy as np
 from jaxtyping import Complex, Float
 
-_EPS = float(np.finfo(float).eps)
+from ifs.differences import eigenvalues
+
 _SAME = 1e-9  # relative: moduli of eigenvalues nearer than this are equal, parts smaller than this are 0
 
 Matrix = Float[np.ndarray, "n n"]
@@ -69,13 +70,7 @@ def _groups(matrix: Matrix) -> list[tuple[complex, int]]:
     """The eigenvalues that can be told apart, with their multiplicities."""
     if len(matrix) == 0:
         return []
-    values, vectors = np.linalg.eig(matrix)
-    size = np.linalg.norm(matrix)
-    try:
-        condition = len(values) * np.abs(np.linalg.inv(vectors)).max(axis=1)
-    except np.linalg.LinAlgError:
-        condition = np.full(len(values), np.inf)
-    reach = np.minimum(10 * len(values) * _EPS * condition, 1e-4) * size
+    values, reach = eigenvalues(matrix)
     near = np.abs(values[:, None] - values[None, :]) <= np.maximum(reach[:, None], reach[None, :])
     groups: list[tuple[complex, int]] = []
     rest = list(range(len(values)))

@@ -7,7 +7,7 @@ space of differences of a cell with n points is R^(n-1), and that of a cell with
 from dataclasses import dataclass
 
 import numpy as np
-from jaxtyping import Float
+from jaxtyping import Float, Shaped
 
 from ifs.system import Operator, System
 
@@ -112,13 +112,20 @@ def spectral_radius(matrix: Float[np.ndarray, "n n"]) -> float:
     """
     if matrix.shape[0] == 0:
         return 0.0
+    values, reach = eigenvalues(matrix)
+    near = np.abs(values[:, None] - values[None, :]) <= reach[:, None]
+    means = (near * values[None, :]).sum(axis=1) / near.sum(axis=1)
+    return float(np.abs(means).max())
+
+
+def eigenvalues(
+    matrix: Float[np.ndarray, "n n"],
+) -> tuple[Shaped[np.ndarray, "n"], Float[np.ndarray, "n"]]:
+    """The eigenvalues as computed, and how far each may be from the true one by its condition number."""
     values, vectors = np.linalg.eig(matrix)
-    size = np.linalg.norm(matrix)
     try:
         condition = len(values) * np.abs(np.linalg.inv(vectors)).max(axis=1)
     except np.linalg.LinAlgError:
         condition = np.full(len(values), np.inf)
-    reach = np.minimum(10 * len(values) * np.finfo(float).eps * condition, 1e-4) * size
-    near = np.abs(values[:, None] - values[None, :]) <= reach[:, None]
-    means = (near * values[None, :]).sum(axis=1) / near.sum(axis=1)
-    return float(np.abs(means).max())
+    reach = np.minimum(10 * len(values) * np.finfo(float).eps * condition, 1e-4) * np.linalg.norm(matrix)
+    return values, reach

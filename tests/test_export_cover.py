@@ -14,14 +14,17 @@ SHAPES = [name for name in automata.builtin_names() if name != "menger-sponge"]
 def chaos_game(shape: ifs.Shape, count: int) -> np.ndarray:
     """Points of the attractor in mm, by random infinite addresses: independent of pieces and boxes."""
     rng = np.random.default_rng(7)
-    states = shape.system.states
-    state = states[shape.system.shape]
-    assert all(target == state.name for target in state.targets)
-    points = np.full((count, state.points), 1 / state.points)
+    pieces = {shape.system.shape: np.repeat(shape.control[None], count, axis=0)}
     for _ in range(60):
-        chosen = rng.integers(len(state.labels), size=count)
-        points = np.einsum("njk,nk->nj", np.stack(state.operators)[chosen], points)
-    places = points @ shape.control
+        smaller: dict[str, list[np.ndarray]] = {}
+        for cell, controls in pieces.items():
+            state = shape.system.states[cell]
+            chosen = rng.integers(len(state.labels), size=len(controls))
+            for label, (operator, target) in enumerate(zip(state.operators, state.targets, strict=True)):
+                moved = np.einsum("jk,cjd->ckd", operator, controls[chosen == label])
+                smaller.setdefault(target, []).append(moved)
+        pieces = {cell: np.concatenate(parts) for cell, parts in smaller.items()}
+    places = np.concatenate([controls[:, 0] for controls in pieces.values()])
     return np.pad(places, ((0, 0), (0, 3 - places.shape[1])))
 
 
