@@ -23,6 +23,8 @@ def solve(file: File, set_: Settings = None, as_json: AsJson = False, latex: AsL
     leave. JSON: name, degrees_of_freedom, parameters (the free names), entries (name to entry), values (what
     --set gave), matrices (cell, label, rows of expressions or exact numbers, as texts).
     """
+    if latex and as_json:
+        raise typer.BadParameter("--json and --latex are two answers: ask for one of them")
     values = parse_settings(set_ or ())
     automaton = automata.read(file)
     solution = subdivision.solve(automaton)

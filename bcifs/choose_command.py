@@ -1,7 +1,7 @@
 """The command that chooses values: `bcifs choose FILE --eigenvalue "edge.0=1/2" --smooth --near a=1/4`."""
 
 from collections import Counter
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from fractions import Fraction
 from typing import TYPE_CHECKING, Annotated, Any
 
@@ -10,6 +10,7 @@ import typer
 import automata
 import subdivision
 from automata.expression import ExpressionError, number
+from automata.parameters import settled
 from bcifs.answers import answer
 from bcifs.options import AsJson, File, Settings
 from bcifs.values import parse_settings
@@ -36,7 +37,9 @@ Positive = Annotated[bool, typer.Option("--positive", help="No entry of an opera
 Contracts = Annotated[bool, typer.Option("--contracts", help="Short products have spectral radii below 1.")]
 Near = Annotated[
     list[str] | None,
-    typer.Option(metavar="NAME=VALUE", help="Of all that fits, the nearest to these (default: the file's)."),
+    typer.Option(
+        metavar="NAME=VALUE …", help="Of all that fits, the nearest to these (default: the file's)."
+    ),
 ]
 Seed = Annotated[int, typer.Option(min=0, metavar="N", help="Seed of the start points.")]
 Starts = Annotated[int, typer.Option(min=1, metavar="N", help="Number of start points.")]
@@ -65,7 +68,8 @@ def choose(
     from subdivision.choose import choose as chosen
 
     automaton = automata.read(file)
-    solution = subdivision.solve(automaton).with_values(parse_settings(set_ or ()))
+    settings = parse_settings(set_ or ())
+    solution = subdivision.solve(automaton).with_values(settings)
     requests: list[Request | Nearest] = [
         *_eigenvalues(eigenvalue or (), dominant=False),
         *_eigenvalues(dominant or (), dominant=True),
@@ -82,31 +86,31 @@ def choose(
         from subdivision import requests as kinds
 
         requests.append(kinds.Contracts())
-    wish = _near(near, solution.automaton.values)
+    wish = _near(near, settled(solution.automaton).values)
     choice = chosen(solution, [*requests, *wish], seed=seed, starts=starts)
     if as_json:
-        answer(as_data(choice))
+        answer(as_data(choice, settings))
     else:
-        typer.echo(as_text(choice), nl=False)
+        typer.echo(as_text(choice, settings), nl=False)
     if not choice.ok:
         raise NotMet(choice)
 
 
-def as_data(choice: "Choice") -> dict[str, Any]:
-    """A choice as plain data, ready for JSON."""
+def as_data(choice: "Choice", settings: Mapping[str, Fraction]) -> dict[str, Any]:
+    """A choice, and what --set gave beforehand, as plain data, ready for JSON."""
     return {
         "name": choice.solution.automaton.name,
         "ok": choice.ok,
         "values": dict(choice.values),
-        "set": _settings(choice),
+        "set": _settings(choice, settings),
         "requests": [{"text": o.request.text, "met": o.met, "residual": o.residual} for o in choice.outcomes],
         "degrees_of_freedom": choice.degrees_of_freedom,
         "distance": choice.distance,
     }
 
 
-def as_text(choice: "Choice") -> str:
-    """A choice as text: how each request fared, and the [set] table."""
+def as_text(choice: "Choice", settings: Mapping[str, Fraction]) -> str:
+    """A choice as text: how each request fared, and the [set] table, which starts with what --set gave."""
     count = choice.degrees_of_freedom
     lines = [f"{choice.solution.automaton.name}: {count} degree{'' if count == 1 else 's'} of freedom left"]
     for outcome in choice.outcomes:
@@ -115,14 +119,19 @@ def as_text(choice: "Choice") -> str:
         )
     if choice.distance is not None:
         lines.append(f"  distance to the values asked for: {choice.distance:.6g}")
-    lines += ["", "[set]", *(f'"{entry}" = "{value}"' for entry, value in _settings(choice).items())]
+    lines += [
+        "",
+        "[set]",
+        *(f'"{entry}" = "{value}"' for entry, value in _settings(choice, settings).items()),
+    ]
     return "\n".join(lines) + "\n"
 
 
-def _settings(choice: "Choice") -> dict[str, str]:
-    """The chosen entries with their exact values: fractions where small, otherwise decimals."""
+def _settings(choice: "Choice", settings: Mapping[str, Fraction]) -> dict[str, str]:
+    """The entries of the member with their exact values: fractions where small, otherwise decimals."""
     entries = {p.name: str(p.entry) for p in choice.solution.parameters}
-    return {entries[name]: _exact(value) for name, value in choice.exact.items()}
+    given = {entries.get(name, name): str(value) for name, value in settings.items()}
+    return given | {entries[name]: _exact(value) for name, value in choice.exact.items()}
 
 
 def _exact(value: Fraction) -> str:

@@ -13,10 +13,12 @@ ENOUGH = 60_000  # faces of a drawing whose depth is not asked for
 MOST = 3_000_000  # faces of any drawing
 FINE = 1 / 1500  # faces of that share of the whole are small enough
 DEEPEST = 24
+MOST_PRINTED = 100_000_000  # solid pieces of a part, which are looked at in batches
+DEEPEST_PRINTED = 64
 
 
 class TooDeep(ValueError):
-    """More faces than a drawing holds."""
+    """More faces than a drawing holds, or more pieces than a part."""
 
 
 @dataclass(frozen=True)
@@ -60,8 +62,23 @@ def drawn(shape: Shape, depth: int | None = None, progress: Callable[[str, float
     return Drawn(draw(complex_) if depth is not None else mesh, level)
 
 
-def pieces(shape: Shape, depth: int) -> int:
-    """How many pieces a shape has after `depth` subdivisions.
+def require_printable_depth(shape: Shape, depth: int) -> None:
+    """Raises `TooDeep` for more solid pieces than a part is made of.
+
+    >>> from ifs import shape
+    >>> require_printable_depth(shape("menger-sponge"), 5)
+    """
+    if depth > DEEPEST_PRINTED or pieces(shape, depth, MOST_PRINTED) > MOST_PRINTED:
+        depths = range(DEEPEST_PRINTED, -1, -1)
+        fits = next(d for d in depths if pieces(shape, d, MOST_PRINTED) <= MOST_PRINTED)
+        raise TooDeep(
+            f"--depth {depth} is more than can be printed ({MOST_PRINTED} pieces, {DEEPEST_PRINTED} levels); "
+            f"{fits} fits; without --depth the limit itself is printed"
+        )
+
+
+def pieces(shape: Shape, depth: int, most: int = MOST) -> int:
+    """How many pieces a shape has after `depth` subdivisions; counting ends beyond `most`.
 
     >>> from ifs import shape
     >>> pieces(shape("menger-sponge"), 3)
@@ -74,7 +91,7 @@ def pieces(shape: Shape, depth: int) -> int:
             for target in shape.automaton.cells[cell].subdivision.values():
                 following[target] += count
         counts = following
-        if counts.total() > MOST:
+        if counts.total() > most:
             break
     return counts.total()
 

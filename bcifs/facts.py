@@ -1,5 +1,6 @@
 """What `bcifs info` tells about a shape."""
 
+from math import floor, log10
 from typing import Any
 
 import numpy as np
@@ -62,8 +63,7 @@ def facts_text(found: dict[str, Any]) -> str:
         rows.append(("values", ", ".join(f"{key} = {value}" for key, value in found["values"].items())))
     rows += _convergence_rows(found["convergence"])
     if "bounds_mm" in found:
-        box = zip(found["bounds_mm"]["low"], found["bounds_mm"]["high"], strict=True)
-        rows.append(("bounds", " x ".join(f"[{low:.6g}, {high:.6g}]" for low, high in box) + " mm"))
+        rows.append(("bounds", _box(found["bounds_mm"]["low"], found["bounds_mm"]["high"]) + " mm"))
     if "dimension" in found:
         rows.append(("dimension", f"{found['dimension']:.12g} (similarity dimension)"))
     width = max(len(title) for title, _ in rows)
@@ -78,6 +78,14 @@ def _convergence_rows(found: dict[str, Any]) -> list[tuple[str, str]]:
             ("witness", f"the word {' '.join(found['word'])!r} at {found['cell']!r} attains the lower end")
         )
     return rows
+
+
+def _box(low: list[float], high: list[float]) -> str:
+    """The box of a part, to a millionth of its longest side: what is smaller is room for rounding."""
+    longest = max(top - bottom for bottom, top in zip(low, high, strict=True))
+    places = 6 - floor(log10(longest)) if longest > 0 else 6
+    sides = ((round(v, places) + 0.0 for v in side) for side in zip(low, high, strict=True))
+    return " x ".join("[{:.6g}, {:.6g}]".format(*side) for side in sides)
 
 
 def _pairs(table: dict[str, str]) -> str:

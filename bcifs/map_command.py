@@ -9,7 +9,7 @@ from bcifs.options import AsJson, File, Settings
 from bcifs.output import check_output, writing
 from bcifs.progress import reporting
 from bcifs.values import parse_settings
-from subdivision import overridden
+from subdivision import WrongValue, overridden
 
 
 def map_behaviour(
@@ -42,7 +42,11 @@ def map_behaviour(
         raise typer.BadParameter("say where the map goes, -o MAP.png, or ask for --json")
     if output is not None:
         check_output(output, (".png",))
-    automaton = overridden(automata.read(file), parse_settings(set_ or ()))
+    settings = parse_settings(set_ or ())
+    for name in (x, y):
+        if name in settings:
+            raise WrongValue(f"--set {name}: {name} varies over the map; leave it out, or map another")
+    automaton = overridden(automata.read(file), settings)
     from bcifs.chart import draw_map
     from bcifs.map_words import map_data, map_recipe, map_text
     from bcifs.png import write_png

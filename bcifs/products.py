@@ -82,6 +82,10 @@ def print_part(
     if picture:
         check_output(picture, (".png",))
     shape = load(file, set_)
+    if depth is not None:
+        from bcifs.depth import require_printable_depth
+
+        require_printable_depth(shape, depth)
     import export
 
     with reporting() as progress:

@@ -6,24 +6,29 @@ from fractions import Fraction
 from automata.expression import ExpressionError, number
 from subdivision import WrongValue
 
+_OF_VALUES = ("--set", "--near")  # options that take several NAME=VALUE
+
 
 def spread(arguments: Sequence[str]) -> list[str]:
-    """The arguments with `--set a=1 b=2` written as `--set a=1 --set b=2`.
+    """The arguments with `--set a=1 b=2` written as `--set a=1 --set b=2`; likewise `--near`.
 
     >>> spread(["solve", "--set", "a=1", "b=2", "file.toml"])
     ['solve', '--set', 'a=1', '--set', 'b=2', 'file.toml']
     """
     result: list[str] = []
-    setting = fresh = False
+    setting = ""
+    fresh = False
     for place, argument in enumerate(arguments):
         if argument == "--":
             return [*result, *arguments[place:]]
         if setting and not fresh and "=" in argument and not argument.startswith("-"):
-            result += ["--set", argument]
+            result += [setting, argument]
             continue
         result.append(argument)
-        fresh = argument == "--set"
-        setting = fresh or argument.startswith("--set=") or (setting and result[-2] == "--set")
+        was_fresh, fresh = fresh, argument in _OF_VALUES
+        option = argument.partition("=")[0]
+        if not was_fresh:
+            setting = option if option in _OF_VALUES else ""
     return result
 
 

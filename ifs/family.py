@@ -2,6 +2,7 @@
 
 from dataclasses import dataclass, replace
 from fractions import Fraction
+from itertools import product
 from os import PathLike
 
 import numpy as np
@@ -10,6 +11,7 @@ from jaxtyping import Float
 import automata
 import subdivision
 from automata import Automaton
+from automata.parameters import parameter_names
 from ifs.shape import Shape, shape
 
 Members = Float[np.ndarray, "members labels points points"]
@@ -66,6 +68,7 @@ def family(source: Automaton | str | PathLike[str], x: str, y: str) -> Family:
     """
     automaton = source if isinstance(source, Automaton) else automata.read(source)
     automaton = with_control(automaton)
+    _require_plane(automaton, x, y)
     state = shape(automaton, {x: Fraction(0), y: Fraction(0)})
     cell = state.system.states[state.system.shape]
     if any(target != cell.name for target in cell.targets):
@@ -92,6 +95,23 @@ def with_control(automaton: Automaton) -> Automaton:
     count = automaton.cells[automaton.shape].points
     places = ((k / max(count - 1, 1)) for k in range(count))
     return replace(automaton, control=tuple((60 * t, 240 * t * (1 - t)) for t in places))
+
+
+def _require_plane(automaton: Automaton, x: str, y: str) -> None:
+    """Raises `subdivision.WrongValue` unless every value of x goes with every value of y."""
+    if x == y:
+        raise subdivision.WrongValue(f"{x} twice makes no plane; ask for two parameters that differ")
+    if {x, y} & set(parameter_names(automaton)):
+        return  # the family is solved again for each of their values, some of which divide by zero
+    solution = subdivision.solve(automaton)
+    for corner in product((Fraction(0), Fraction(1)), repeat=2):
+        values = dict(zip((x, y), corner, strict=True))
+        for key, value in values.items():
+            solution.with_values({key: value})
+        try:
+            solution.with_values(values)
+        except subdivision.WrongValue as error:
+            raise subdivision.WrongValue(f"{x} and {y} cannot be chosen independently: {error}") from None
 
 
 def _operators(

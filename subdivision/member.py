@@ -78,7 +78,7 @@ class Family:
                 known = [*here.subdivision, *here.boundary, *here.symmetry]
                 raise WrongValue(
                     f"the word {' '.join(word)!r} stops at its label {place + 1}: the cell {cell!r} has no "
-                    f"{label!r}{suggestion(label, known)}; it has {', '.join(known)}"
+                    f"{label!r}{suggestion(label, known)}"
                 )
             cell = target
         return cell

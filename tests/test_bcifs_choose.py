@@ -73,3 +73,23 @@ def test_wrong_options_are_named(run, option, message):
     code, out, err = run("corner-cutting", *option)
     assert (code, out) == (2, "")
     assert message in err
+
+
+def test_the_table_holds_what_was_set_beforehand(run):
+    code, out, _ = run("corner-cutting", "--set", "a=1/8", "--near", "b=1/5")
+    assert code == 0
+    assert out.endswith('[set]\n"edge.0[1,0]" = "1/8"\n"edge.0[0,1]" = "1/5"\n')
+
+
+def test_values_that_are_expressions_are_wished_for_too(run):
+    code, out, _ = run("nonuniform-quadratic-spline", "--set", "u=1", "v=3", "--json")
+    found = json.loads(out)
+    assert code == 0
+    assert found["distance"] == 0
+    assert found["values"]["a(u,v)"] == pytest.approx(1 / 8)  # u / (2 (u + v))
+    assert found["values"]["b(u,v)"] == pytest.approx(3 / 8)  # v / (2 (u + v))
+
+
+def test_what_a_cell_has_is_listed_once(run):
+    _, _, err = run("corner-cutting", "--dominant", "edge.7=1/2")
+    assert err.count("left, right") == 1

@@ -212,6 +212,28 @@ def test_a_wrong_command_line(run, arguments):
     assert run(*arguments)[0] == 2
 
 
+@pytest.mark.parametrize("depth", [7, 10**9])
+def test_a_part_of_too_many_pieces_is_refused_before_the_work(run, tmp_path, depth):
+    code, out, err = run("print", "menger-sponge", "-o", tmp_path / "p.3mf", "--depth", depth)
+    assert (code, out) == (2, "")
+    assert f"--depth {depth} is more than can be printed" in err
+    assert "; 6 fits" in err  # 20^6 = 6.4e7
+
+
+def test_two_kinds_of_answer_at_once_are_refused(run):
+    code, out, err = run("solve", "corner-cutting", "--json", "--latex")
+    assert (code, out) == (2, "")
+    assert "ask for one of them" in err
+
+
+def test_bounds_are_shown_without_room_for_rounding(run, tmp_path):
+    dust = tmp_path / "dust.toml"
+    places = [("0", "0"), ("2/3", "0"), ("0", "2/3"), ("2/3", "2/3")]
+    maps = "".join(f'[[maps]]\nscale = "1/3"\ntranslation = ["{x}", "{y}"]\n' for x, y in places)
+    dust.write_text('format = "bcifs/1"\nname = "Dust"\n' + maps)
+    assert "bounds          [0, 1] x [0, 1] mm" in run("info", dust)[1]
+
+
 def test_info_of_a_similar_shape(run):
     found = json.loads(run("info", "menger-sponge", "--json")[1])
     assert found["bounds_mm"]["low"] == pytest.approx([0, 0, 0], abs=1e-9)

@@ -109,3 +109,19 @@ def test_ticks_are_round_and_inside():
         found = ticks(low, high)
         assert low <= found[0] < found[-1] <= high
         assert 4 <= len(found) <= 10
+
+
+@pytest.mark.parametrize(
+    ("arguments", "message"),
+    [
+        (("--x", "a", "--y", "a"), "a twice makes no plane"),
+        (("--x", "a", "--y", "edge.0[1,0]"), "cannot be chosen independently"),
+        (("--x", "a", "--y", "edge.0[0,0]"), "cannot be chosen independently"),  # 1 - a
+        (("--x", "a", "--y", "b", "--set", "a=1/4"), "a varies over the map"),
+    ],
+)
+def test_two_names_that_span_no_plane_are_refused(capsys, arguments, message):
+    assert main(["map", "corner-cutting", *arguments, "--resolution", "2", "--json"]) == 2
+    out, err = capsys.readouterr()
+    assert out == ""
+    assert message in err

@@ -50,3 +50,23 @@ def test_new_values_go_over_those_of_the_file_through_any_entry():
 def test_values_that_exclude_each_other():
     with pytest.raises(WrongValue, match="other values"):
         overridden(automata.read("corner-cutting"), {"a": Fraction(1, 2), "edge.0[0,0]": Fraction(1, 3)})
+
+
+def test_near_takes_several_values_like_set():
+    given_ = [
+        "choose",
+        "f.toml",
+        "--near",
+        "a=1",
+        "b=2",
+        "--json",
+        "--set",
+        "c=3",
+        "d=4",
+        "--near=e=5",
+        "f=6",
+    ]
+    assert spread(given_) == [
+        *("choose", "f.toml", "--near", "a=1", "--near", "b=2", "--json"),
+        *("--set", "c=3", "--set", "d=4", "--near=e=5", "--near", "f=6"),
+    ]

@@ -23,10 +23,10 @@ def test_the_python_example_runs_and_prints_what_it_says(tmp_path, monkeypatch, 
     assert (tmp_path / "sponge.3mf").stat().st_size > 1000
 
 
-def test_the_interactive_example_answers_as_shown():
-    (example,) = blocks("pycon")
-    test = doctest.DocTestParser().get_doctest(example, {}, "README.md", "README.md", 0)
-    assert doctest.DocTestRunner().run(test).failed == 0
+def test_the_interactive_examples_answer_as_shown():
+    for example in blocks("pycon"):
+        test = doctest.DocTestParser().get_doctest(example, {}, "README.md", "README.md", 0)
+        assert doctest.DocTestRunner().run(test).failed == 0
 
 
 def test_the_automaton_files_are_read():
