@@ -3,7 +3,7 @@
 from collections.abc import Iterator, Mapping
 
 import numpy as np
-from jaxtyping import Float, Int
+from jaxtyping import Int, Real
 
 from automata.symmetry import inverse
 from automata.topology import Topology, embedding
@@ -28,7 +28,7 @@ class NotASelection(ValueError):
 def patchwork(
     topology: Topology,
     system: System,
-    control: Float[np.ndarray, "control dim"],
+    control: Real[np.ndarray, "control dim"],
     patches: Mapping[str, Rows],
 ) -> Complex:
     """The complex of pieces of several cells that draw on common control points.

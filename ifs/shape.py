@@ -6,7 +6,7 @@ from fractions import Fraction
 from os import PathLike
 
 import numpy as np
-from jaxtyping import Float
+from jaxtyping import Float, Real
 
 import automata
 import subdivision
@@ -39,7 +39,7 @@ class Shape:
 def shape(
     source: Automaton | str | PathLike[str],
     values: Mapping[str, Fraction] | None = None,
-    control: Float[np.ndarray, "points dim"] | None = None,
+    control: Real[np.ndarray, "points dim"] | None = None,
 ) -> Shape:
     """The shape of an automaton, a file or a built-in name, ready to be evaluated.
 
