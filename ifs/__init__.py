@@ -2,7 +2,9 @@
 
 from ifs.bounds import Box, bounds, extent, sample
 from ifs.box import bounding_box
+from ifs.closed_mesh import WrongMesh
 from ifs.complex import Complex, initial, refine, refined
+from ifs.control_mesh import Surface, smooth, surface
 from ifs.convergence import Convergence, convergence, require_contraction
 from ifs.drawing import draw, mesh
 from ifs.error import EmptyAttractor, NotContracting, Undecided
@@ -23,8 +25,10 @@ __all__ = [
     "Pieces",
     "Shape",
     "State",
+    "Surface",
     "System",
     "Undecided",
+    "WrongMesh",
     "bounding_box",
     "bounds",
     "convergence",
@@ -39,4 +43,6 @@ __all__ = [
     "require_contraction",
     "sample",
     "shape",
+    "smooth",
+    "surface",
 ]
