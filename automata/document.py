@@ -2,7 +2,7 @@
 
 import difflib
 import re
-from collections.abc import Iterable, Iterator, Mapping
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, field
 from fractions import Fraction
 from typing import Any
@@ -124,11 +124,6 @@ def suggestion(found: str, known: Iterable[str]) -> str:
     if near:
         return f"; did you mean {near[0]!r}?"
     return f"; known here: {', '.join(known[:12])}" if known else ""
-
-
-def flatten(fields: Iterable[Field]) -> Iterator[Any]:
-    """The bare values of some fields."""
-    return (entry.value for entry in fields)
 
 
 def _describe(value: Any) -> str:

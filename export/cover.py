@@ -83,14 +83,17 @@ def cover(
 
     wanted = pitch * (1 + TOLERANCE) if depth is None else None
     skip = covered if depth is None else None
+    reach = 0.0
     for batch in pieces(shape.system, control, wanted, depth, skip=skip):
+        reach = max(reach, float((batch.hi - batch.lo).max()))
         first, last = _ranges(batch.lo, batch.hi, origin, pitch, filled.shape)
         _fill(filled, first, last)
         if progress:
             progress("voxels", batch.done)
     voxels = Voxels(filled, origin, pitch)
-    reach = pitch if depth is None else _diameter(shape, depth)
-    return Cover(voxels, reach * math.sqrt(3) + pitch * math.sqrt(3))
+    if depth is None:
+        reach = pitch  # also for the pieces that were skipped
+    return Cover(voxels, (reach + pitch) * math.sqrt(3))
 
 
 def space_box(shape: Shape) -> tuple[Float[np.ndarray, "3"], Float[np.ndarray, "3"]]:
@@ -119,10 +122,6 @@ def lattice_resolution(shape: Shape, depth: int) -> int | None:
         if np.abs(sides - side).max() > 1e-9 * longest or np.abs(places - np.round(places)).max() > 1e-6:
             return None
     return round(longest / side) if side else None
-
-
-def _diameter(shape: Shape, depth: int) -> float:
-    return max(float((b.hi - b.lo).max()) for b in pieces(shape.system, shape.control, depth=depth))
 
 
 def _ranges(lo, hi, origin, pitch: float, grid: tuple[int, ...]):

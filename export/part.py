@@ -12,11 +12,12 @@ from export.facets import Facets
 from export.surface import surface
 from export.thicken import thicken
 from export.voxels import Solid, Voxels
-from ifs import Mesh, Shape, mesh
+from ifs import Mesh, Shape, draw, initial, refine
 
 RESOLUTION = 200
 MOST_THICKENED = 600_000_000
 MOST_FACETS = 100_000
+DEEPEST = 29
 
 
 @dataclass(frozen=True)
@@ -81,7 +82,7 @@ def make_part(
     voxels = solid.voxels if isinstance(solid, Solid) else solid
     recipe = {
         "Name": shape.name,
-        "Size": f"{_longest(shape):.6g} mm",
+        "Size": f"{covered.voxels.pitch * resolution:.6g} mm",
         "Resolution": str(resolution),
         "Thickness": f"{thickness:.6g} mm",
         "Depth": "limit" if depth is None else str(depth),
@@ -93,8 +94,10 @@ def make_part(
 
 def _facets(shape: Shape, pitch: float) -> Mesh | None:
     """The mesh of the shape with edges no longer than a voxel; None where that takes too many faces."""
-    for depth in range(1, 30):
-        found = mesh(shape, depth)
+    complex_ = initial(shape.topology, shape.system, shape.control)
+    for _ in range(DEEPEST):
+        complex_ = refine(complex_)
+        found = draw(complex_)
         if Facets(found).longest <= pitch:
             return found
         if len(found.faces) > MOST_FACETS:
