@@ -23,7 +23,6 @@ from fld.ends import End, end, fixed_points, meeting
 from ifs.family import Family, family
 from ifs.verdicts import Verdicts, verdicts
 
-
 CONTRACTS, DIVERGES, UNDECIDED = range(3)
 SMOOTH, CUSP, CORNER, NONE = range(4)
 
