@@ -38,7 +38,7 @@ def patchwork(
     control points in the same order, or in an order that a symmetry of that kind makes the same.
     Coordinates play no part. `refined` and `draw` go on from here.
 
-    Raises `NotASelection`, and `ValueError` for a cell that the shape does not need, point numbers out of
+    Raises `NotASelection`, and `ValueError` for an unknown cell, point numbers out of
     range, rows of the wrong length, or a cell that is at once a piece and a boundary.
 
     >>> import ifs
@@ -105,7 +105,7 @@ def _least_turned(topology: Topology, cell: str, rows: Rows) -> tuple[Rows, Int[
 def _from_large_to_small(topology: Topology) -> Iterator[str]:
     """The cells, each before the cells of its boundaries."""
     cells = topology.automaton.cells
-    rest = dict.fromkeys(topology.automaton.reachable())
+    rest = dict.fromkeys(cells)
     while rest:
         borders = {border.cell for cell in rest for border in cells[cell].boundary.values()}
         for cell in [cell for cell in rest if cell not in borders]:
@@ -127,7 +127,7 @@ def _validate(
         raise ValueError("control points are rows of finite numbers of millimetres")
     for cell, found in patches.items():
         if cell not in system.states:
-            raise ValueError(f"the shape needs no cell {cell!r}; it has {', '.join(system.states)}")
+            raise ValueError(f"there is no cell {cell!r}; there are {', '.join(system.states)}")
         points = topology.automaton.cells[cell].points
         if np.ndim(found) != 2 or np.shape(found)[1] != points:
             raise ValueError(f"a piece of cell {cell!r} has {points} control points, found {np.shape(found)}")

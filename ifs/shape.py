@@ -59,10 +59,9 @@ def shape(
 
 
 def system(automaton: Automaton, numbers: Mapping[str, Mapping[str, subdivision.Exact]]) -> System:
-    """The operators of the cells that the shape needs, in double precision."""
+    """The operators of all cells, in double precision."""
     states = {}
-    for name in automaton.reachable():
-        cell = automaton.cells[name]
+    for name, cell in automaton.cells.items():
         operators = tuple(np.array(numbers[name][label], dtype=float) for label in cell.subdivision)
         states[name] = State(
             name, cell.points, tuple(cell.subdivision), tuple(cell.subdivision.values()), operators

@@ -284,10 +284,10 @@ def test_a_regular_patch_is_that_of_the_built_in_automaton(scheme, name):
 def test_states_grow_with_the_kinds_of_patches_and_not_with_the_mesh(scheme):
     small, large = torus(4, 5), torus(9, 11)
     states = [len(surface(control(f), f, scheme).topology.automaton.cells) for f in (small, large)]
-    assert states == [4, 4]
+    assert states == [3, 3]
     kinds = surface(control(CUBE), CUBE, "catmull-clark").topology.automaton.cells
     faces = {"face-3-3-3-3", "face-3-4-4-4", "face-4-4-4-4"}
-    assert set(kinds) == {"surface", *faces, "edge-3-3", "edge-3-4", "edge-4-4", "vertex-3", "vertex-4"}
+    assert set(kinds) == {*faces, "edge-3-3", "edge-3-4", "edge-4-4", "vertex-3", "vertex-4"}
 
 
 def test_every_state_contracts():

@@ -11,11 +11,8 @@ from collections.abc import Sequence
 from fractions import Fraction
 
 from automata import Automaton, Cell
-from automata.description import selection
 from subdivision.schemes.building import Amount, coefficients, edge, scheme, vertex
 from subdivision.schemes.knots import Joint, Window, exact_intervals, halves, joints, ratios, text
-
-ROOT = "pieces"
 
 Column = tuple[Fraction, ...]
 
@@ -28,9 +25,8 @@ def nonuniform_b_spline(degree: int, intervals: Sequence[Amount], closed: bool =
     P_i. A closed curve has n; interval i belongs to P_i, or for degree 3 lies between P_i and P_{i+1}.
     A piece has `degree + 1` points, a joint `degree` and one less for each repetition of its knot.
 
-    The shape is the piece, where all pieces are of one kind; otherwise it is a cell over `degree + 1` points
-    of which each kind is one piece: `nonuniform` says which control points each piece of the curve draws on,
-    for `ifs.patchwork`. Without repeated knots, degree 2 leaves 2 degrees of freedom for each kind of joint;
+    The shape is the first piece; `nonuniform` says which control points each piece of the curve draws on, for
+    `ifs.patchwork`. Without repeated knots, degree 2 leaves 2 degrees of freedom for each kind of joint;
     degree 3 leaves 3 where all intervals are equal, and more otherwise. Raises `ValueError` for other
     degrees, too few intervals, a negative one, or none of positive length where the curve would be.
 
@@ -43,11 +39,6 @@ def nonuniform_b_spline(degree: int, intervals: Sequence[Amount], closed: bool =
     """
     windows = dict.fromkeys(window for _, window in pieces_of(degree, intervals, closed))
     cells, values = _cells(degree, list(windows))
-    if len(windows) > 1:
-        whole = tuple(range(degree + 1))
-        labels = {str(i): text(window) for i, window in enumerate(windows)}
-        given = dict.fromkeys(labels, selection(whole, degree + 1))
-        cells.insert(0, Cell(ROOT, degree + 1, labels, matrices=given))
     kind = "quadratic" if degree == 2 else "cubic"
     return scheme(f"Non-uniform {kind} B-spline", cells, values)
 

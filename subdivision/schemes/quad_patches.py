@@ -17,7 +17,6 @@ from automata.automaton import Automaton, Boundary, Cell, Equation, Figure, Rows
 from automata.expression import Number
 
 REGULAR = 4
-ROOT = "surface"
 SIDES = ("bottom", "right", "top", "left")
 
 Star = Sequence[Any]
@@ -102,8 +101,7 @@ def automaton(scheme: Scheme, kinds: Iterable[Valences]) -> Automaton:
 
     It has a face state for each kind, and for (n, 4, 4, 4) where a corner has valence n; its operators are
     given, exactly, and the incidences and adjacencies are stated, so that `subdivision.solve` proves them.
-    The cell `surface` stands above the kinds, so that all of them can be reached: its one control point is
-    every control point of each kind. Draw patches with `ifs.patchwork`.
+    The shape is the first kind. Draw patches with `ifs.patchwork`.
 
     Raises `ValueError` for no kinds, or a valence below 3.
 
@@ -122,14 +120,8 @@ def automaton(scheme: Scheme, kinds: Iterable[Valences]) -> Automaton:
     sides = (zip(kind, (*kind[1:], kind[0]), strict=True) for kind in faces)
     pairs = sorted({(min(pair), max(pair)) for side in sides for pair in side})
     cells = [_face(scheme, kind) for kind in faces]
-    root = Cell(
-        ROOT,
-        1,
-        {str(i): cell.name for i, cell in enumerate(cells[: len(wanted)])},
-        matrices={str(i): ((_ONE,) * cell.points,) for i, cell in enumerate(cells[: len(wanted)])},
-    )
-    cells = [root, *cells, *(_edge(scheme, *pair) for pair in pairs), *(_vertex(scheme, n) for n in valences)]
-    return Automaton(scheme.name, ROOT, {cell.name: cell for cell in cells})
+    cells = [*cells, *(_edge(scheme, *pair) for pair in pairs), *(_vertex(scheme, n) for n in valences)]
+    return Automaton(scheme.name, cells[0].name, {cell.name: cell for cell in cells})
 
 
 def _vertex(scheme: Scheme, n: int) -> Cell:
