@@ -7,12 +7,11 @@ control points.
 
 from collections.abc import Sequence
 from fractions import Fraction
-from math import cos, radians, sqrt
+from math import cos, radians
 
 from automata import Automaton
 from subdivision.schemes.building import Amount, coefficients, edge, exact, scheme, vertex
-
-SIZE = 90.0
+from subdivision.schemes.wall import SIZE, similar_pieces
 
 
 def takagi(w: Amount = Fraction(1, 2)) -> Automaton:
@@ -43,7 +42,7 @@ def koch() -> Automaton:
     >>> [str(x) for x in subdivision.solve(koch()).numbers()["edge"]["0"][0]]
     ['1', '2/3', '2/3']
     """
-    return _four_pieces("Koch curve", Fraction(1, 3))
+    return _tent("Koch curve", Fraction(1, 3))
 
 
 def cesaro(angle: Amount) -> Automaton:
@@ -63,15 +62,12 @@ def cesaro(angle: Amount) -> Automaton:
         raise ValueError(f"the angle is over 0 and up to 90 degrees, found {angle}")
     known = {60.0: Fraction(1, 3), 90.0: Fraction(1, 2)}
     ratio = known.get(float(angle)) or Fraction(1 / (2 + 2 * cos(radians(angle))))
-    return _four_pieces("Cesaro curve", ratio)
+    return _tent("Cesaro curve", ratio)
 
 
-def _four_pieces(name: str, r: Fraction) -> Automaton:
-    values = coefficients("edge", "0", {1: (1 - r, r, 0), 2: (1 - r, 0, r)})
-    values |= coefficients("edge", "1", {1: (r, 1 - r, 0), 2: (0, 1, 0)})
-    cells = (edge(3, ("edge",) * 4, mirror=True), vertex(1))
-    control = ((0, 0), (SIZE / 2, SIZE * sqrt(r - Fraction(1, 4))), (SIZE, 0))
-    return scheme(name, cells, values, control)
+def _tent(name: str, r: Fraction) -> Automaton:
+    points = [(0, 0), (r, 0), (Fraction(1, 2), 1), (1 - r, 0), (1, 0)]
+    return similar_pieces(name, points, r - Fraction(1, 4))
 
 
 def hilbert() -> Automaton:
