@@ -2,15 +2,15 @@
 
 from ifs.bounds import Box, bounds, extent, sample
 from ifs.box import bounding_box
-from ifs.closed_mesh import WrongMesh
 from ifs.complex import Complex, initial, refine, refined
-from ifs.control_mesh import Surface, smooth, surface
+from ifs.control_mesh import Region, Surface, smooth, surface
 from ifs.convergence import Convergence, convergence, require_contraction
 from ifs.drawing import draw, mesh
 from ifs.error import EmptyAttractor, NotContracting, Undecided
 from ifs.mesh import Mesh
 from ifs.patchwork import NotASelection, patchwork
 from ifs.pieces import Pieces, pieces
+from ifs.polygon_mesh import WrongMesh
 from ifs.shape import Shape, shape
 from ifs.system import State, System
 
@@ -23,6 +23,7 @@ __all__ = [
     "NotASelection",
     "NotContracting",
     "Pieces",
+    "Region",
     "Shape",
     "State",
     "Surface",

@@ -10,9 +10,9 @@ import pytest
 import ifs
 import subdivision
 from automata.consistency import require_consistency
-from ifs.closed_mesh import WrongMesh, closed_mesh
 from ifs.control_mesh import smooth, surface
-from subdivision.schemes import catmull_clark, doo_sabin, quad_patches
+from ifs.polygon_mesh import WrongMesh, polygon_mesh
+from subdivision.schemes import catmull_clark, doo_sabin, patches
 
 SCHEMES = {"catmull-clark": catmull_clark.SCHEME, "doo-sabin": doo_sabin.SCHEME}
 
@@ -242,10 +242,13 @@ def test_limits_equal_those_of_a_plain_refinement(scheme, name, depth):
     require_closed(mesh, euler_of(faces))
 
 
-@pytest.mark.parametrize("kinds", [[(3, 3, 3, 3)], [(7, 3, 5, 4)], [(3, 3, 4, 6)]])
+CORNER = {"catmull-clark": catmull_clark.ring, "doo-sabin": doo_sabin.Corner}
+
+
+@pytest.mark.parametrize("valences", [(3, 3, 3, 3), (7, 3, 5, 4), (3, 3, 4, 6)])
 @pytest.mark.parametrize("scheme", SCHEMES)
-def test_the_equations_hold_exactly_for_any_valences(scheme, kinds):
-    whole = quad_patches.automaton(SCHEMES[scheme], kinds)
+def test_the_equations_hold_exactly_for_any_valences(scheme, valences):
+    whole = patches.automaton(SCHEMES[scheme], [tuple(map(CORNER[scheme], valences))])
     solution = subdivision.solve(whole)
     assert solution.degrees_of_freedom == 0
     require_consistency(whole)
@@ -257,12 +260,12 @@ def test_a_wrong_coefficient_contradicts_the_equations():
     good = doo_sabin.SCHEME
 
     def vertex(star):
-        first, second, *rest = good.vertex(star)
-        moved = quad_patches.mixed((Fraction(9, 10), first), (Fraction(1, 10), second))
-        return [moved, second, *rest]
+        corner, (first, second, *rest) = good.vertex(star)
+        moved = patches.mixed((Fraction(9, 10), first), (Fraction(1, 10), second))
+        return patches.Star(corner, (moved, second, *rest))
 
-    with pytest.raises(subdivision.Contradiction):
-        subdivision.solve(quad_patches.automaton(replace(good, vertex=vertex), [(4, 4, 4, 4)]))
+    with pytest.raises(AssertionError, match="do not agree"):
+        patches.automaton(replace(good, vertex=vertex), [(doo_sabin.Corner(4),) * 4])
 
 
 @pytest.mark.parametrize(
@@ -287,7 +290,7 @@ def test_states_grow_with_the_kinds_of_patches_and_not_with_the_mesh(scheme):
     assert states == [3, 3]
     kinds = surface(control(CUBE), CUBE, "catmull-clark").topology.automaton.cells
     faces = {"face-3-3-3-3", "face-3-4-4-4", "face-4-4-4-4"}
-    assert set(kinds) == {*faces, "edge-3-3", "edge-3-4", "edge-4-4", "vertex-3", "vertex-4"}
+    assert set(kinds) == {*faces, "edge-3-3", "edge-4-3", "edge-4-4", "vertex-3", "vertex-4"}
 
 
 def test_every_state_contracts():
@@ -375,18 +378,18 @@ def test_vertices_that_are_not_finite_are_refused_by_face(bad):
     points = cube()
     points[7, 1] = bad
     with pytest.raises(WrongMesh, match="vertex 7 is not finite") as caught:
-        closed_mesh(points, CUBE)
+        polygon_mesh(points, CUBE)
     assert caught.value.face == 1
 
 
 def test_other_wrong_arguments_are_refused():
     with pytest.raises(WrongMesh, match="rows of 3 coordinates"):
-        closed_mesh(cube()[:, :2], CUBE)
+        polygon_mesh(cube()[:, :2], CUBE)
     with pytest.raises(ValueError, match="unknown scheme"):
         surface(cube(), CUBE, "loop")
     with pytest.raises(ValueError, match="depth"):
         smooth(cube(), CUBE, -1)
     with pytest.raises(ValueError, match="at least 3"):
-        quad_patches.automaton(catmull_clark.SCHEME, [(2, 4, 4, 4)])
+        catmull_clark.ring(2)
     with pytest.raises(ValueError, match="at least one kind"):
-        quad_patches.automaton(catmull_clark.SCHEME, [])
+        patches.automaton(catmull_clark.SCHEME, [])

@@ -76,7 +76,7 @@ def test_pieces_are_glued_by_their_numbers_and_not_by_their_places():
 @pytest.mark.parametrize(
     ("patches", "words"),
     [
-        ({"face": np.zeros((1, 9), dtype=int)}, "needs no cell 'face'"),
+        ({"face": np.zeros((1, 9), dtype=int)}, "there is no cell 'face'"),
         ({"edge": np.zeros((1, 4), dtype=int)}, "has 3 control points"),
         ({"edge": np.array([[0, 1, 5]])}, "piece 0 of cell 'edge' names a control point"),
     ],
