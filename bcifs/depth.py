@@ -6,8 +6,11 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from automata import Automaton
 from bcifs.progress import silent
-from ifs import Mesh, Shape, draw, initial, refine
+from ifs import Complex, Mesh, Shape, initial, uniform
+from ifs.stencil import Stencils
+from ifs.template import Templates
 
 ENOUGH = 60_000  # faces of a drawing whose depth is not asked for
 MOST = 3_000_000  # faces of any drawing
@@ -34,7 +37,9 @@ class Drawn:
         return {1: "points", 2: "segments"}.get(self.mesh.faces.shape[1], "faces")
 
 
-def drawn(shape: Shape, depth: int | None = None, progress: Callable[[str, float], None] = silent) -> Drawn:
+def drawn(
+    source: Shape | Complex, depth: int | None = None, progress: Callable[[str, float], None] = silent
+) -> Drawn:
     """The mesh of a shape at a depth, or at the first depth that shows all there is to see.
 
     Without a depth it is subdivided until its faces are smaller than 1/1500 of the whole, or would
@@ -44,22 +49,30 @@ def drawn(shape: Shape, depth: int | None = None, progress: Callable[[str, float
     >>> drawn(shape("menger-sponge")).depth
     3
     """
-    complex_ = initial(shape.topology, shape.system, shape.control)
-    mesh = draw(complex_)
-    each = len(mesh.faces)
+    complex_ = as_complex(source)
+    stencils = Stencils(Templates(complex_.topology), complex_.system)
+    mesh = uniform(complex_, 0, stencils)
+    each = len(mesh.faces) / sum(len(found) for found in complex_.control.values())
     if depth is not None:
-        _limit(shape, depth, each)
+        _limit(complex_, depth, each)
+        progress("subdivide", 0.0)
+        return Drawn(uniform(complex_, depth, stencils), depth)
     level = 0
-    while level < DEEPEST if depth is None else level < depth:
-        faces = each * pieces(shape, level + 1)
-        if depth is None and (faces > ENOUGH or _is_fine(mesh)):
+    while level < DEEPEST:
+        faces = each * _count(complex_, level + 1)
+        if faces > ENOUGH or _is_fine(mesh):
             break
-        complex_ = refine(complex_)
         level += 1
-        if depth is None:
-            mesh = draw(complex_)
-        progress("subdivide", min(faces / ENOUGH, 1.0) if depth is None else level / depth)
-    return Drawn(draw(complex_) if depth is not None else mesh, level)
+        mesh = uniform(complex_, level, stencils)
+        progress("subdivide", min(faces / ENOUGH, 1.0))
+    return Drawn(mesh, level)
+
+
+def as_complex(source: Shape | Complex) -> Complex:
+    """The complex of a single piece, where a shape is given."""
+    if isinstance(source, Complex):
+        return source
+    return initial(source.topology, source.system, source.control)
 
 
 def require_printable_depth(shape: Shape, depth: int) -> None:
@@ -84,11 +97,19 @@ def pieces(shape: Shape, depth: int, most: int = MOST) -> int:
     >>> pieces(shape("menger-sponge"), 3)
     8000
     """
-    counts = Counter({shape.automaton.shape: 1})
+    return _descendants(shape.automaton, Counter({shape.automaton.shape: 1}), depth, most)
+
+
+def _count(complex_: Complex, depth: int) -> int:
+    start = Counter({cell: len(found) for cell, found in complex_.control.items()})
+    return _descendants(complex_.topology.automaton, start, depth, MOST)
+
+
+def _descendants(automaton: Automaton, counts: Counter[str], depth: int, most: int) -> int:
     for _ in range(depth):
         following: Counter[str] = Counter()
         for cell, count in counts.items():
-            for target in shape.automaton.cells[cell].subdivision.values():
+            for target in automaton.cells[cell].subdivision.values():
                 following[target] += count
         counts = following
         if counts.total() > most:
@@ -96,9 +117,9 @@ def pieces(shape: Shape, depth: int, most: int = MOST) -> int:
     return counts.total()
 
 
-def _limit(shape: Shape, depth: int, each: int) -> None:
-    if depth > DEEPEST or each * pieces(shape, depth) > MOST:
-        fits = next(d for d in range(DEEPEST, -1, -1) if d == 0 or each * pieces(shape, d) <= MOST)
+def _limit(complex_: Complex, depth: int, each: float) -> None:
+    if depth > DEEPEST or each * _count(complex_, depth) > MOST:
+        fits = next(d for d in range(DEEPEST, -1, -1) if d == 0 or each * _count(complex_, d) <= MOST)
         raise TooDeep(
             f"--depth {depth} is more than can be drawn ({MOST} faces, {DEEPEST} levels); {fits} fits"
         )

@@ -5,8 +5,8 @@ from typing import Any
 
 import numpy as np
 
-from bcifs.similarity import similarity_dimension
 from ifs import Shape, bounding_box, convergence
+from ifs.dimension import similarity_dimension
 
 
 def facts(shape: Shape) -> dict[str, Any]:

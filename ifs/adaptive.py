@@ -9,11 +9,13 @@ from jaxtyping import Bool, Int
 from automata.automaton import Word
 from automata.topology import Topology
 from ifs.bounds import sample
-from ifs.complex import Complex, Seen, _Refinement
+from ifs.complex import Complex, refine_traced
+from ifs.drawing import vertex_column
 from ifs.flatness import Stop, within
-from ifs.frames import Frame, frames, vertex_column
+from ifs.frames import Frame, frames
 from ifs.hanging import History, Leaves
 from ifs.mesh import Mesh
+from ifs.subcomplex import subcomplex
 
 Numbers = Int[np.ndarray, "_cells"]
 Table = Mapping[str, Numbers]
@@ -142,57 +144,22 @@ def _keeps_its_way(topology: Topology, cell: str) -> Bool[np.ndarray, "turns"]:
 
 def _restricted(level: _Level, going: Mapping[str, np.ndarray]) -> _Level:
     """The given pieces with their boundaries, without all others."""
-    old = level.complex
-    cells = old.topology.automaton.cells
-    kept = _used(old, going)
-    number = {cell: np.full(count, -1) for cell, count in old.counts.items()}
-    for cell, ids in kept.items():
-        number[cell][ids] = np.arange(len(ids))
-    boundary = {
-        cell: {
-            label: Seen(number[cells[cell].boundary[label].cell][seen.ids[ids]], seen.turn[ids])
-            for label, seen in old.boundary.get(cell, {}).items()
-        }
-        for cell, ids in kept.items()
-        if len(ids)
-    }
-    counts = {cell: len(ids) for cell, ids in kept.items() if len(ids)}
-    control = {cell: np.asarray(old.control[cell])[ids] for cell, ids in going.items() if len(ids)}
+    part, was = subcomplex(level.complex, going)
     vertices, sides, rims = (
-        {cell: table[cell][kept[cell]] for cell in table if cell in counts}
+        {cell: table[cell][was[cell]] for cell in table if cell in was}
         for table in (level.vertices, level.sides, level.rims)
     )
-    return _Level(Complex(old.topology, old.system, counts, boundary, control), vertices, sides, rims)
-
-
-def _used(old: Complex, going: Mapping[str, np.ndarray]) -> dict[str, np.ndarray]:
-    """The cells among the given pieces and their boundaries, the pieces first."""
-    used = {cell: np.zeros(count, dtype=bool) for cell, count in old.counts.items()}
-    waiting = list(going.items())
-    while waiting:
-        cell, ids = waiting.pop()
-        ids = np.unique(ids[~used[cell][ids]])
-        used[cell][ids] = True
-        if len(ids):
-            for label, border in old.topology.automaton.cells[cell].boundary.items():
-                waiting.append((border.cell, old.boundary[cell][label].ids[ids]))
-    kept = {}
-    for cell, flags in used.items():
-        pieces = going.get(cell, np.arange(0))
-        flags[pieces] = False
-        kept[cell] = np.concatenate([pieces, np.flatnonzero(flags)])
-    return kept
+    return _Level(part, vertices, sides, rims)
 
 
 def _next(level: _Level, found: Mapping[str, Frame], history: History) -> _Level:
     """One subdivision: vertices keep their numbers, sides are split, and what is born gets new numbers."""
     old, cells = level.complex, level.complex.topology.automaton.cells
-    refinement = _Refinement(old)
-    new = refinement.result()
+    new, numbered = refine_traced(old)
     vertices = {c: np.full(n, -1) for c, n in new.counts.items() if old.topology.is_point(c)}
     for cell, numbers in level.vertices.items():
         for label, target in cells[cell].subdivision.items():
-            vertices[target][refinement._subcells(cell, (label,), np.arange(len(numbers))).ids] = numbers
+            vertices[target][numbered(cell, label, np.arange(len(numbers)))] = numbers
     for numbers in vertices.values():
         numbers[numbers < 0] = history.new_vertices(int((numbers < 0).sum()))
     side_cells = _side_cells(new, found)
@@ -204,7 +171,7 @@ def _next(level: _Level, found: Mapping[str, Frame], history: History) -> _Level
         order = np.argsort([part.origin[0] + part.axes[0, 0] / 2 for part in frame.parts])
         parts = []
         for label, part in zip(cells[cell].subdivision, frame.parts, strict=True):
-            ids = refinement._subcells(cell, (label,), np.arange(len(numbers))).ids
+            ids = numbered(cell, label, np.arange(len(numbers)))
             rims[part.cell][ids] = level.rims[cell]
             parts.append(sides[part.cell][ids])
         history.split.append((numbers, np.stack(parts, axis=1)[:, order], ways[order]))

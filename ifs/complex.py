@@ -1,6 +1,6 @@
 """A complex of cells that share their boundaries, and its refinement, which is purely combinatorial."""
 
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from typing import NamedTuple
 
@@ -93,7 +93,13 @@ def refine(complex_: Complex) -> Complex:
 
     Which boundaries coincide is read from the automaton's gluing alone; coordinates play no part.
     """
-    return _Refinement(complex_).result()
+    return refine_traced(complex_)[0]
+
+
+def refine_traced(complex_: Complex) -> tuple[Complex, Callable[[str, str, Ids], Ids]]:
+    """One subdivision, and `numbers(cell, label, ids)`: which cells the sub-cells of a label have become."""
+    refinement = _Refinement(complex_)
+    return refinement.result(), lambda cell, label, ids: refinement.subcells(cell, (label,), ids).ids
 
 
 def refined(complex_: Complex, depth: int) -> Complex:
@@ -115,12 +121,12 @@ class _Refinement:
         self.start: dict[tuple[str, Word, bool], int] = {}
         for of_shape in (True, False):
             for state in old.counts:
-                self._number_subcells(state, of_shape)
+                self._numbersubcells(state, of_shape)
         for state, count in old.counts.items():
             for word, cell in self.topology.subdivided(state).interior.items():
                 self._reserve((state, word, False), cell, count)
 
-    def _number_subcells(self, state: str, of_shape: bool) -> None:
+    def _numbersubcells(self, state: str, of_shape: bool) -> None:
         pieces = self.pieces.get(state, 0)
         count = pieces if of_shape else self.old.counts[state] - pieces
         for label, target in self.automaton.cells[state].subdivision.items():
@@ -159,7 +165,7 @@ class _Refinement:
     def _locate(self, state: str, word: Word, ids: Ids) -> Seen:
         """The new cells that a path after one subdivision names, seen from the given old cells."""
         if len(word) == 1:
-            return self._subcells(state, word, ids)
+            return self.subcells(state, word, ids)
         standing, element = self.topology.subdivided(state).place[word]
         end = self.automaton.end(state, word)
         if standing[0] not in self.automaton.cells[state].boundary:
@@ -168,7 +174,7 @@ class _Refinement:
             found = self._inherited(state, standing, ids)
         return _turned(self.topology, end, found, element)
 
-    def _subcells(self, state: str, word: Word, ids: Ids) -> Seen:
+    def subcells(self, state: str, word: Word, ids: Ids) -> Seen:
         pieces = self.pieces.get(state, 0)
         shape_start = self.start.get((state, word, True), 0)
         other_start = self.start.get((state, word, False), 0)

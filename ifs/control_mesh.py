@@ -9,13 +9,13 @@ import numpy as np
 from jaxtyping import Float, Int
 
 from automata.topology import Topology
-from ifs.complex import Complex, refined
-from ifs.drawing import draw
+from ifs.complex import Complex
 from ifs.mesh import Mesh
 from ifs.patchwork import patchwork
 from ifs.polygon_mesh import Pair, PolygonMesh, Polygons, polygon_mesh
 from ifs.polygon_step import catmull_clark_step, doo_sabin_step, ribboned
 from ifs.shape import system
+from ifs.uniform import uniform
 from subdivision.schemes import catmull_clark, doo_sabin
 from subdivision.schemes.catmull_clark import Corner, Edge
 from subdivision.schemes.patches import Corners, Scheme, Star, automaton, cell_name, face_seen
@@ -128,7 +128,7 @@ def smooth(vertices: Any, faces: Polygons, depth: int, scheme: str = "catmull-cl
     """
     if depth < 0:
         raise ValueError(f"the depth is 0 or more, found {depth}")
-    return draw(refined(surface(vertices, faces, scheme, **marks).complex(), depth))
+    return uniform(surface(vertices, faces, scheme, **marks).complex(), depth)
 
 
 def _numbers(rows: Sequence[Sequence[Any]]) -> tuple:

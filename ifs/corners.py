@@ -7,7 +7,8 @@ import numpy as np
 from jaxtyping import Bool, Float
 
 from automata.topology import Topology
-from ifs.frames import Frame, vertex_column
+from ifs.drawing import vertex_column
+from ifs.frames import Frame
 from ifs.modes import Mode, modes
 from ifs.system import System
 

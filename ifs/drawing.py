@@ -1,5 +1,6 @@
 """What each piece of a shape draws, and the mesh of all pieces with shared vertices."""
 
+from collections.abc import Mapping
 from itertools import pairwise, product
 
 import numpy as np
@@ -9,9 +10,8 @@ from automata.automaton import Cell, Word
 from automata.error import AutomatonError
 from automata.topology import Topology, embedding
 from ifs.bounds import bounds, extent, sample
-from ifs.complex import Complex, initial, refined
+from ifs.complex import Complex
 from ifs.mesh import Mesh
-from ifs.shape import Shape
 
 _BOX_FACES = {  # by dimension; corner i of a box has the upper end of axis a where bit a of i is set
     1: ((0, 1),),
@@ -21,23 +21,6 @@ _BOX_FACES = {  # by dimension; corner i of a box has the upper end of axis a wh
 
 Positions = Float[np.ndarray, "vertices dim"]
 Faces = Int[np.ndarray, "faces corners"]
-
-
-def mesh(shape: Shape, depth: int) -> Mesh:
-    """The conformal mesh of a shape after `depth` subdivisions.
-
-    Its vertices are limit points, exact to rounding at any depth; neighbouring pieces share those that
-    the automaton glues. A cell without boundary draws the box that bounds it, unless its `figure`
-    says otherwise; then pieces share nothing. Raises `ValueError` for a negative depth.
-
-    >>> from ifs.shape import shape
-    >>> curve = mesh(shape("corner-cutting"), 3)
-    >>> curve.vertices.shape, curve.faces.shape
-    ((9, 2), (8, 2))
-    """
-    if depth < 0:
-        raise ValueError(f"the depth is 0 or more, found {depth}")
-    return draw(refined(initial(shape.topology, shape.system, shape.control), depth))
 
 
 def draw(complex_: Complex) -> Mesh:
@@ -119,11 +102,14 @@ def _corner_faces(
     """The faces on shared vertices of all pieces of one state; fills in the vertices' positions."""
     control = complex_.control[cell.name]
     ids = np.arange(len(control))
+    points = sample(complex_.system)
     columns = []
     for path in corners:
         end = complex_.topology.automaton.end(cell.name, path)
         numbers = start[end] + complex_.boundary_at(cell.name, path, ids).ids
-        vertices[numbers] = np.einsum("j,cjd->cd", _limit(complex_, cell.name, path), control)
+        vertices[numbers] = np.einsum(
+            "j,cjd->cd", vertex_column(complex_.topology, points, cell.name, path), control
+        )
         columns.append(numbers)
     table = np.stack(columns, axis=1)
     stated = cell.figure.faces if cell.figure and cell.figure.faces else (tuple(range(len(corners))),)
@@ -132,15 +118,20 @@ def _corner_faces(
     return _padded([table[:, list(face)] for face in stated])
 
 
-def _limit(complex_: Complex, cell: str, path: Word) -> Float[np.ndarray, "points"]:
-    """The barycentric limit point, in a cell, of the point cell at the end of a boundary path."""
-    topology = complex_.topology
-    point = sample(complex_.system)[topology.automaton.end(cell, path)]
-    limit = np.zeros(topology.automaton.cells[cell].points)
-    for column, weight in zip(embedding(topology.automaton, cell, path), point, strict=True):
-        for row, value in column:
-            limit[row] += float(value) * weight
-    return limit
+def vertex_column(
+    topology: Topology, points: Mapping[str, Float[np.ndarray, "_points"]], cell: str, path: Word
+) -> Float[np.ndarray, "_cell_points"]:
+    """The barycentric limit, in a cell, of the vertex at the end of a boundary path.
+
+    `points` holds the limit point of each vertex cell, as `ifs.sample` gives it. `column @ control` is the
+    point in space.
+    """
+    column = np.zeros(topology.automaton.cells[cell].points)
+    columns = embedding(topology.automaton, cell, path)
+    for entries, weight in zip(columns, points[topology.automaton.end(cell, path)], strict=True):
+        for row, value in entries:
+            column[row] += float(value) * weight
+    return column
 
 
 def _own_figure(complex_: Complex, cell: Cell, control: np.ndarray) -> tuple[Positions, Faces]:

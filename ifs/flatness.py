@@ -7,7 +7,8 @@ from jaxtyping import Bool, Float
 
 from automata.topology import Topology, embedding
 from ifs.bounds import sample
-from ifs.frames import Frame, frames, vertex_column
+from ifs.drawing import vertex_column
+from ifs.frames import Frame, frames
 from ifs.reach import Parts, parts, reach
 from ifs.system import System
 

@@ -14,7 +14,7 @@ import numpy as np
 from jaxtyping import Float
 
 from automata.automaton import Word
-from automata.topology import Topology, embedding
+from automata.topology import Topology
 from ifs.drawing import corner_paths
 
 _FINEST = 1000  # the largest denominator of a parameter of a vertex
@@ -104,22 +104,6 @@ def frames(topology: Topology, cells: Iterable[str]) -> Mapping[str, Frame]:
         result[cell] = _frame(topology, cell, corners, sides, result)
         waiting.extend(topology.automaton.cells[cell].subdivision.values())
     return result
-
-
-def vertex_column(
-    topology: Topology, points: Mapping[str, Float[np.ndarray, "_points"]], cell: str, path: Word
-) -> Float[np.ndarray, "_cell_points"]:
-    """The barycentric limit, in a cell, of the vertex at the end of a boundary path.
-
-    `points` holds the limit point of each vertex cell, as `ifs.sample` gives it. `column @ control` is the
-    point in space.
-    """
-    column = np.zeros(topology.automaton.cells[cell].points)
-    columns = embedding(topology.automaton, cell, path)
-    for entries, weight in zip(columns, points[topology.automaton.end(cell, path)], strict=True):
-        for row, value in entries:
-            column[row] += float(value) * weight
-    return column
 
 
 def _corners(topology: Topology, cell: str) -> tuple[Word, ...]:

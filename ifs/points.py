@@ -7,7 +7,8 @@ from jaxtyping import Bool, Float, Int, Real
 
 from ifs.bounds import sample
 from ifs.complex import Complex
-from ifs.frames import Frame, frames, vertex_column
+from ifs.drawing import vertex_column
+from ifs.frames import Frame, frames
 from ifs.system import System
 
 _STEPS = 300  # at most; a parameter in double precision is a vertex after some 60 halvings

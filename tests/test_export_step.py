@@ -7,12 +7,12 @@ import numpy as np
 import pytest
 
 import ifs
-from export.polynomial import Limits, bernstein, elevation, polynomial_edges, polynomial_faces
 from export.step import step_report, to_build123d, write_step
-from export.step_error import InsideOut, NotPolynomial, TooManyFaces, WrongShell
-from export.step_fit import surfaces
-from export.step_joints import joined
-from export.step_leaves import leaves
+from export.step.error import InsideOut, NotPolynomial, TooManyFaces, WrongShell
+from export.step.fit import surfaces
+from export.step.joints import joined
+from export.step.leaves import leaves
+from export.step.polynomial import Limits, bernstein, elevation, polynomial_edges, polynomial_faces
 from subdivision.schemes import b_spline, bezier
 from subdivision.schemes.tensor import tensor
 

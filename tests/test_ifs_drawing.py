@@ -58,7 +58,9 @@ def test_patches_are_conformal_for_other_members_of_the_family(name, data):
     mesh = ifs.mesh(shape, 3)
     assert_conformal_square(mesh, 3)
     assert (mesh.faces == ifs.mesh(SHAPES[name], 3).faces).all()
-    pieces = ifs.refined(ifs.initial(shape.topology, shape.system, shape.control), 3).control["face"]
+    fine = ifs.refined(ifs.initial(shape.topology, shape.system, shape.control), 3)
+    pieces, mesh = fine.control["face"], ifs.draw(fine)
+    assert_conformal_square(mesh, 3)
     corner = ifs.mesh(ifs.Shape("", shape.topology, shape.system, np.eye(len(shape.control))), 0)
     own = np.einsum("kj,cjd->ckd", corner.vertices[corner.faces[0]], pieces)
     np.testing.assert_allclose(mesh.vertices[mesh.faces], own, rtol=0, atol=1e-9)

@@ -9,12 +9,12 @@ from typing import Any
 import numpy as np
 
 from export.atomic import whole_file
-from export.brep_build import is_valid, solid_or_shell, volume
-from export.polynomial import Limits
-from export.step_facets import facet_leaves
-from export.step_fit import surfaces
-from export.step_joints import Sheet, joined
-from export.step_leaves import leaves
+from export.step.facets import facet_leaves
+from export.step.fit import surfaces
+from export.step.joints import Sheet, joined
+from export.step.leaves import leaves
+from export.step.polynomial import Limits
+from export.step.solids import is_valid, solid_or_shell, volume
 from ifs.complex import Complex, initial
 from ifs.control_mesh import Surface
 from ifs.shape import Shape

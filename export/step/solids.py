@@ -6,8 +6,8 @@ from typing import Any
 
 import numpy as np
 
-from export.step_error import InsideOut
-from export.step_joints import Sheet, side_parameters
+from export.step.error import InsideOut
+from export.step.joints import Sheet, side_parameters
 
 _LEAST = 1e-7  # mm: what OpenCASCADE takes for the same point
 

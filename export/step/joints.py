@@ -7,9 +7,9 @@ from functools import cache
 import numpy as np
 from jaxtyping import Float, Int
 
-from export.polynomial import bernstein
-from export.step_error import WrongShell
-from export.step_leaves import DIAGONAL, Leaf, Use
+from export.step.error import WrongShell
+from export.step.leaves import DIAGONAL, Leaf, Use
+from export.step.polynomial import bernstein
 
 _SAMPLES = 9
 

@@ -5,7 +5,7 @@ from collections.abc import Mapping
 import numpy as np
 from jaxtyping import Float
 
-from export.polynomial import Limits, Row, bernstein, elevation
+from export.step.polynomial import Limits, Row, bernstein, elevation
 
 LEVEL = 4  # fits are made on grids of 2^4 + 1 limit points in each direction
 

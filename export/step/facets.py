@@ -2,8 +2,8 @@
 
 import numpy as np
 
-from export.step_error import NotPolynomial, TooManyFaces, WrongShell
-from export.step_leaves import DIAGONAL, Leaf, Use
+from export.step.error import NotPolynomial, TooManyFaces, WrongShell
+from export.step.leaves import DIAGONAL, Leaf, Use
 from ifs.complex import Complex, refined
 from ifs.drawing import draw
 

@@ -7,10 +7,17 @@ from functools import partial
 import numpy as np
 from jaxtyping import Float
 
-from export.polynomial import Grid, Limits, bernstein, embedding_matrix, polynomial_edges, polynomial_faces
-from export.step_edges import LEVEL, edge_curves
-from export.step_error import NotPolynomial
-from export.step_frames import CORNERS
+from export.step.edges import LEVEL, edge_curves
+from export.step.error import NotPolynomial
+from export.step.frames import CORNERS
+from export.step.polynomial import (
+    Grid,
+    Limits,
+    bernstein,
+    embedding_matrix,
+    polynomial_edges,
+    polynomial_faces,
+)
 
 Edges = Mapping[str, Float[np.ndarray, "_points _poles"]]
 

@@ -7,9 +7,10 @@ from typing import NamedTuple
 import numpy as np
 from jaxtyping import Float, Int
 
-from export.step_error import TooManyFaces
-from export.step_fit import Surfaces
-from ifs.complex import Complex, Seen, _Refinement
+from export.step.error import TooManyFaces
+from export.step.fit import Surfaces
+from ifs.complex import Complex, refine_traced
+from ifs.subcomplex import subcomplex
 
 MOST_FACES = 20_000
 DIAGONAL = 4  # the "side" of a plane triangle from (1, 0) to (0, 1)
@@ -171,37 +172,16 @@ def _spread(rough: list[str], sides: Mapping, split: dict[str, np.ndarray]) -> N
         start += len(split[cell])
 
 
-def subcomplex(complex_: Complex, keep: Mapping[str, Ids]) -> tuple[Complex, dict[str, Ids]]:
-    """The complex of some of the pieces with their boundaries, and what the number of each cell was."""
-    marked = {cell: np.zeros(count, dtype=bool) for cell, count in complex_.counts.items()}
-    waiting = list(keep.items())
-    for cell, ids in waiting:
-        marked[cell][ids] = True
-        for label, border in complex_.topology.automaton.cells[cell].boundary.items():
-            waiting.append((border.cell, np.unique(complex_.boundary[cell][label].ids[ids])))
-    kept = {cell: np.flatnonzero(mask) for cell, mask in marked.items() if mask.any()}
-    new = {cell: np.cumsum(mask) - 1 for cell, mask in marked.items()}
-    boundary = {}
-    for cell, ids in kept.items():
-        for label, border in complex_.topology.automaton.cells[cell].boundary.items():
-            seen = complex_.boundary[cell][label].take(ids)
-            boundary.setdefault(cell, {})[label] = Seen(new[border.cell][seen.ids], seen.turn)
-    control = {cell: complex_.control[cell][ids] for cell, ids in keep.items() if len(ids)}
-    counts = {cell: len(ids) for cell, ids in kept.items()}
-    return Complex(complex_.topology, complex_.system, counts, boundary, control), kept
-
-
 def _halved(
     part: Complex, found: Surfaces, numbers: Mapping[str, Ids], edges: _Edges
 ) -> tuple[Complex, dict[str, Ids]]:
     """One subdivision, and the two edges that each edge became."""
-    refinement = _Refinement(part)
-    finer = refinement.result()
+    finer, numbered = refine_traced(part)
     new = edges.numbered(finer, found.limits.segments)
     for cell, old in numbers.items():
         halves = []
         for label, forward in found.limits.segments[cell].halves:
-            ids = refinement._subcells(cell, (label,), np.arange(len(old))).ids
+            ids = numbered(cell, label, np.arange(len(old)))
             target = part.topology.automaton.cells[cell].subdivision[label]
             halves.append([_Side(int(e), forward) for e in new[target][ids]])
         edges.halves.update(zip(old.tolist(), zip(*halves, strict=True), strict=True))
