@@ -4,7 +4,7 @@ from typing import Annotated
 
 import typer
 
-from bcifs import answers, choose_command, graph_command, map_command, products
+from bcifs import answers, choose_command, graph_command, map_command, products, smooth_command
 
 app = typer.Typer(
     name="bcifs",
@@ -43,6 +43,7 @@ for name, command in (
     ("render", products.render),
     ("mesh", products.mesh),
     ("print", products.print_part),
+    ("smooth", smooth_command.smooth),
     ("check", answers.check),
     ("fld", answers.fld),
     ("map", map_command.map_behaviour),

@@ -13,6 +13,9 @@ Settings = Annotated[
 ]
 AsJson = Annotated[bool, typer.Option("--json", help="Answer as JSON.")]
 AsLatex = Annotated[bool, typer.Option("--latex", help="Answer as LaTeX (amsmath): a block of matrices.")]
+Tolerance = Annotated[
+    float, typer.Option(metavar="MM", help="For STEP: how far fitted patches may be off, in mm.")
+]
 Depth = Annotated[
     int | None,
     typer.Option(min=0, metavar="N", help="Number of subdivisions (default: until the detail is fine)."),

@@ -8,12 +8,15 @@ import typer
 
 from bcifs.answers import load
 from bcifs.failure import CheckFailed
-from bcifs.options import Depth, File, Settings
+from bcifs.options import Depth, File, Settings, Tolerance
 from bcifs.output import check_output, writing
 from bcifs.progress import reporting
 
 Picture = Annotated[str, typer.Option("--output", "-o", metavar="PICTURE", help="The picture: .png or .svg.")]
-MeshFile = Annotated[str, typer.Option("--output", "-o", metavar="MESH", help="The mesh: .obj .ply .stl.")]
+MeshFile = Annotated[
+    str,
+    typer.Option("--output", "-o", metavar="MESH", help="The mesh: .obj .ply .stl, or a surface as .step."),
+]
 PartFile = Annotated[
     str, typer.Option("--output", "-o", metavar="PART", help="The part: .3mf .stl .ply .obj.")
 ]
@@ -30,12 +33,27 @@ def render(file: File, output: Picture, set_: Settings = None, depth: Depth = No
     typer.echo(f"{output}: {len(drawn.mesh.faces)} {drawn.kind} at depth {drawn.depth}")
 
 
-def mesh(file: File, output: MeshFile, set_: Settings = None, depth: Depth = None) -> None:
-    """Write the mesh of the shape, whose pieces share their vertices; curves become .obj lines."""
+def mesh(
+    file: File,
+    output: MeshFile,
+    set_: Settings = None,
+    depth: Depth = None,
+    tolerance: Tolerance = 0.01,
+    facets: Annotated[bool, typer.Option("--facets", help="For STEP: plane faces, of any surface.")] = False,
+) -> None:
+    """Write the mesh of the shape, whose pieces share their vertices; curves become .obj lines.
+
+    As .step, smooth surfaces leave as B-spline faces.
+    """
     from bcifs.polygon_file import MESH_ENDINGS, write_polygons
 
-    check_output(output, MESH_ENDINGS)
+    check_output(output, (*MESH_ENDINGS, ".step"))
     shape = load(file, set_)
+    if Path(output).suffix.lower() == ".step":
+        from bcifs.step_file import write_step_file
+
+        write_step_file(shape, output, tolerance, facets, 3 if depth is None else depth)
+        return
     from bcifs.depth import drawn
     from bcifs.recipe import recipe
 

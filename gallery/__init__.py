@@ -10,4 +10,5 @@ NAMES = (
     "patches",
     "sierpinski_tetrahedron",
     "menger_sponge",
+    "half_rough",
 )

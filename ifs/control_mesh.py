@@ -1,13 +1,15 @@
 """The limit surface of any control mesh: its patches found, and drawn by the automaton."""
 
 from collections.abc import Iterable, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from fractions import Fraction
 from typing import Any
 
 import numpy as np
 from jaxtyping import Float, Int
 
+import subdivision
+from automata import Automaton
 from automata.topology import Topology
 from ifs.complex import Complex
 from ifs.mesh import Mesh
@@ -53,14 +55,39 @@ class Surface:
     control: Float[np.ndarray, "control 3"]
     patches: Mapping[str, Rows]
 
-    def complex(self) -> Complex:
-        """The patches with their shared edges and vertices, to be refined and drawn."""
+    def complex(self, member: Automaton | None = None) -> Complex:
+        """The patches with their shared edges and vertices, to be refined and drawn.
+
+        With the scheme's coefficients, or with those of a `member` of the `family`, which must leave nothing
+        open (`subdivision.Undetermined`).
+        """
         whole = self.topology.automaton
-        numbers = {
-            name: {label: _numbers(rows) for label, rows in cell.matrices.items()}
-            for name, cell in whole.cells.items()
-        }
+        if member is not None:
+            numbers = subdivision.solve(member).numbers()
+        else:
+            numbers = {
+                name: {label: _numbers(rows) for label, rows in cell.matrices.items()}
+                for name, cell in whole.cells.items()
+            }
         return patchwork(self.topology, system(whole, numbers), self.control, self.patches)
+
+    def family(self) -> Automaton:
+        """The automaton of the same states with all coefficients that fit its constraints.
+
+        What these leave open is set to the scheme's own coefficients; `subdivision.overridden` changes them,
+        for each kind of patch by itself.
+
+        >>> corners = [(x, y, z) for z in (0, 9) for y in (0, 9) for x in (0, 9)]
+        >>> sides = [(0, 2, 3, 1), (4, 5, 7, 6), (0, 1, 5, 4), (2, 6, 7, 3), (0, 4, 6, 2), (1, 3, 7, 5)]
+        >>> len(surface(corners, sides, "doo-sabin").family().values)
+        5
+        """
+        given = self.topology.automaton.cells
+        free = {name: replace(cell, matrices={}) for name, cell in given.items()}
+        family = replace(self.topology.automaton, cells=free)
+        entries = [parameter.entry for parameter in subdivision.solve(family).parameters]
+        values = {str(e): given[e.cell].matrices[e.label][e.row][e.column].value for e in entries}
+        return replace(family, values=values)
 
 
 def surface(

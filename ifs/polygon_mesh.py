@@ -218,9 +218,8 @@ def _twins(origin: np.ndarray, end: np.ndarray, face: np.ndarray, open_: bool) -
         h = sharing[0]
         edge = f"the edge from vertex {origin[h]} to {end[h]}"
         if len(sharing) == 1:
-            raise WrongMesh(
-                f"{edge} has no other face: close the hole, or give the boundary a rule", int(face[h])
-            )
+            mend = "close the hole, or say what the boundary becomes (boundary=, --boundary)"
+            raise WrongMesh(f"{edge} has no other face: {mend}", int(face[h]))
         listed = ", ".join(str(face[i]) for i in sharing)
         raise WrongMesh(f"{edge} is shared by more than two faces ({listed})", int(face[h]))
     one = order[starts[counts == 2]]

@@ -139,3 +139,30 @@ def test_unknown_pictures_are_refused(capsys):
 
     assert main(["mona_lisa"]) == 2
     assert "koch_snowflake" in capsys.readouterr().err
+
+
+def test_the_ring_is_closed_with_a_smooth_and_a_rough_half():
+    from scipy.interpolate import BSpline
+
+    from gallery.half_rough import COLUMNS, DEPTH, ROWS
+
+    mesh = built("half_rough")
+    links = graph(mesh)
+    assert nx.number_connected_components(links) == 1
+    assert mesh.faces.shape == (ROWS * COLUMNS * 4**DEPTH, 4)
+    assert len(mesh.vertices) - links.number_of_edges() + len(mesh.faces) == 0
+    sides = np.sort(np.concatenate([mesh.faces[:, [i, (i + 1) % 4]] for i in range(4)]), axis=1)
+    assert set(np.unique(sides, axis=0, return_counts=True)[1]) == {2}
+    # On the smooth side the ring of largest radius lies on a biquadratic spline of the control ring.
+    v = 2 * np.pi * np.arange(COLUMNS) / COLUMNS
+    section = np.stack([40 + 15 * np.cos(v), 15 * np.sin(v)], axis=1)[[*range(COLUMNS), 0, 1]]
+    spline = BSpline(np.arange(COLUMNS + 5), section, 2)(np.linspace(2, COLUMNS + 2, COLUMNS * 2**DEPTH + 1))
+    u = 2 * np.pi * np.arange(3) / ROWS
+    squeeze = BSpline(np.arange(6), np.stack([np.cos(u), np.sin(u)], axis=1), 2)(2.5)
+    here = mesh.vertices[
+        np.abs(np.arctan2(mesh.vertices[:, 1], mesh.vertices[:, 0]) + 2 * np.pi * 6 / ROWS) < 1e-9
+    ]
+    radius = np.linalg.norm(here[:, :2], axis=1) / np.linalg.norm(squeeze)
+    found = np.stack([radius, here[:, 2]], axis=1)
+    assert len(found) == COLUMNS * 2**DEPTH
+    assert np.abs(found[:, None] - spline[None]).max(axis=2).min(axis=1).max() < 1e-9

@@ -12,6 +12,7 @@ import subdivision
 from automata.consistency import require_consistency
 from ifs.control_mesh import Region, smooth, surface
 from ifs.polygon_mesh import WrongMesh
+from ifs.uniform import uniform
 from subdivision.schemes import catmull_clark, doo_sabin
 
 CUBE = [(0, 2, 3, 1), (4, 5, 7, 6), (0, 1, 5, 4), (2, 6, 7, 3), (0, 4, 6, 2), (1, 3, 7, 5)]
@@ -385,3 +386,25 @@ def test_weights_that_do_not_sum_to_one_are_refused():
     bad = catmull_clark.Coefficients(vertex=lambda n: (Fraction(1), Fraction(1), Fraction(1)))
     with pytest.raises(ValueError, match="sum to 1"):
         surface(CORNERS, CUBE, regions=[Region(range(6), bad)])
+
+
+# ---- free coefficients -------------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize("scheme", ["catmull-clark", "doo-sabin"])
+def test_the_coefficients_that_the_constraints_leave_open_can_be_chosen_for_each_kind_of_patch(scheme):
+    found = surface(CORNERS, CUBE, scheme)
+    family = found.family()
+    own = uniform(found.complex(), 2)
+    np.testing.assert_allclose(uniform(found.complex(family), 2).vertices, own.vertices, atol=1e-12)
+    entry, value = next(iter(family.values.items()))
+    other = uniform(found.complex(subdivision.overridden(family, {entry: value + Fraction(1, 20)})), 2)
+    require_closed(other, 2)
+    assert np.abs(other.vertices - own.vertices).max() > 0.05
+
+
+@pytest.mark.parametrize(("scheme", "free"), [("catmull-clark", 4), ("doo-sabin", 3)])
+def test_a_regular_mesh_has_the_degrees_of_freedom_of_the_source(scheme, free):
+    faces = torus(4, 5)
+    family = surface(random_points(faces), faces, scheme).family()
+    assert subdivision.solve(family).degrees_of_freedom == len(family.values) == free

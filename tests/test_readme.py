@@ -24,9 +24,9 @@ def test_the_python_example_runs_and_prints_what_it_says(tmp_path, monkeypatch, 
 
 
 def test_the_interactive_examples_answer_as_shown():
-    for example in blocks("pycon"):
-        test = doctest.DocTestParser().get_doctest(example, {}, "README.md", "README.md", 0)
-        assert doctest.DocTestRunner().run(test).failed == 0
+    """One after the other, as a reader types them."""
+    test = doctest.DocTestParser().get_doctest("\n".join(blocks("pycon")), {}, "README.md", "README.md", 0)
+    assert doctest.DocTestRunner().run(test).failed == 0
 
 
 def test_the_automaton_files_are_read():

@@ -12,7 +12,7 @@ class NotPolynomial(ValueError):
         self.reason = reason
         super().__init__(
             f"the cell {cell!r} has no B-spline faces: {reason}. Write 3MF or STL (bcifs mesh, bcifs print), "
-            "or ask for planar facets with facets=True"
+            "or ask for planar facets (facets=True, --facets)"
         )
 
 

@@ -1,0 +1,90 @@
+"""The command that turns a control mesh into its limit surface."""
+
+from importlib.metadata import version
+from pathlib import Path
+from typing import Annotated, Literal
+
+import typer
+
+from bcifs.options import Depth, Tolerance
+from bcifs.output import check_output, writing
+from bcifs.progress import reporting
+
+ENDINGS = (".obj", ".ply", ".stl", ".3mf", ".step", ".png")
+
+MeshIn = Annotated[str, typer.Argument(metavar="MESH", help="A control mesh: .obj .ply .stl, in mm.")]
+Output = Annotated[
+    str, typer.Option("--output", "-o", metavar="FILE", help="The surface: .obj .ply .stl .3mf .step .png.")
+]
+
+
+def smooth(
+    mesh: MeshIn,
+    output: Output,
+    scheme: Annotated[
+        Literal["catmull-clark", "doo-sabin", "doo-sabin-rational"], typer.Option(help="The scheme.")
+    ] = "catmull-clark",
+    depth: Depth = None,
+    boundary: Annotated[
+        Literal["smooth", "corners"] | None,
+        typer.Option(
+            help="For open meshes: the boundary is a smooth curve, or keeps the vertices of single faces."
+        ),
+    ] = None,
+    crease_angle: Annotated[
+        float | None,
+        typer.Option(metavar="DEGREES", min=0, max=180, help="Edges sharper than that stay creases."),
+    ] = None,
+    sharpness: Annotated[
+        float,
+        typer.Option(metavar="S", min=0, help="How many subdivisions creases stay sharp; 10: for ever."),
+    ] = 10.0,
+    tolerance: Tolerance = 0.01,
+) -> None:
+    """Make the smooth limit surface of a control mesh, exact at every vertex.
+
+    STEP holds exact B-spline faces, and fitted ones around extraordinary points.
+    """
+    check_output(output, ENDINGS)
+    from export.control_files import read_control_mesh
+    from ifs.control_mesh import surface
+    from ifs.creases import creases_by_angle
+
+    vertices, faces = read_control_mesh(mesh)
+    creases = {}
+    if crease_angle is not None:
+        creases = dict.fromkeys(creases_by_angle(vertices, faces, crease_angle), sharpness)
+    found = surface(vertices, faces, scheme, boundary=boundary, creases=creases)
+    recipe = {"Source": Path(mesh).name, "Scheme": scheme, "Boundary": boundary or "none"}
+    if creases:
+        recipe |= {"Creases": str(len(creases)), "Sharpness": str(sharpness)}
+    if Path(output).suffix.lower() == ".step":
+        from bcifs.step_file import write_step_file
+
+        write_step_file(found, output, tolerance)
+        return
+    from bcifs.depth import drawn
+
+    with reporting() as progress, writing(output):
+        made = drawn(found.complex(), depth, progress)
+        _write(
+            made.mesh, output, recipe | {"Depth": str(made.depth), "Application": f"bcifs {version('bcifs')}"}
+        )
+    sizes = f"{len(made.mesh.vertices)} vertices, {len(made.mesh.faces)} {made.kind} at depth {made.depth}"
+    typer.echo(f"{output}: {sizes}")
+
+
+def _write(mesh, output: str, recipe: dict[str, str]) -> None:
+    match Path(output).suffix.lower():
+        case ".png":
+            from bcifs.picture import draw_mesh
+
+            draw_mesh(mesh, output, recipe)
+        case ".3mf":
+            from export import write_part
+
+            write_part(mesh, output, recipe, Path(output).stem)
+        case _:
+            from bcifs.polygon_file import write_polygons
+
+            write_polygons(mesh, output, recipe)
