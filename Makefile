@@ -10,7 +10,7 @@ demo: $(READY)
 	$(RUN) bcifs.demo
 
 test: $(READY)
-	$(RUN) pytest
+	$(RUN) pytest -n auto
 
 lint: $(READY)
 	$(RUN) ruff check .

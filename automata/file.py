@@ -5,6 +5,7 @@ import os
 from automata.automaton import Automaton
 from automata.description import describe
 from automata.error import AutomatonError
+from automata.foreign import read_foreign
 from automata.include import Whole, builtin_names, load, parsed, with_included
 
 __all__ = ["builtin_names", "parse_text", "read"]
@@ -14,13 +15,14 @@ def read(source: str | os.PathLike[str]) -> Automaton:
     """The automaton of a file, or the built-in one of that name.
 
     A name with a folder or the ending `.toml` is a file; any other is looked up among the built-in automata
-    first. Raises `AutomatonError` with file, line and column for whatever is wrong with the file, or with a
-    file that it includes.
+    first. A Fractint file gives one of its entries, `trees.ifs:fern` or `curves.l:koch`, or its only one.
+    Raises `AutomatonError` with file, line and column for whatever is wrong with the file, or with a file that
+    it includes.
 
     >>> read("corner-cutting").shape
     'edge'
     """
-    return _described(load(source))
+    return read_foreign(source) or _described(load(source))
 
 
 def parse_text(text: str, source: str | None = None) -> Automaton:

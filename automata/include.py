@@ -78,7 +78,7 @@ def load(source: str | PathLike[str]) -> Whole:
     name = fspath(source)
     if name in builtin_names():
         return with_included(_builtin(name))
-    return with_included(parsed(_text(Path(name)), name, Path(name).parent))
+    return with_included(parsed(file_text(Path(name)), name, Path(name).parent))
 
 
 def _builtin(name: str) -> Source:
@@ -153,7 +153,7 @@ class _Gathered:
             found = _builtin(name)
         else:
             try:
-                found = parsed(_text(Path(place)), place, Path(place).parent)
+                found = parsed(file_text(Path(place)), place, Path(place).parent)
             except AutomatonError as error:
                 if error.line is not None:
                     raise
@@ -200,7 +200,8 @@ def _within(entry: Field, name: str, folder: Path | None) -> Path:
     return folder / path
 
 
-def _text(path: Path) -> str:
+def file_text(path: Path, encoding: str = "utf-8") -> str:
+    """The text of a file that is not too large; `AutomatonError` for whatever is wrong with it."""
     name = str(path)
     try:
         size = path.stat().st_size
@@ -211,7 +212,7 @@ def _text(path: Path) -> str:
                 f"the file has {size} bytes; an automaton file has at most {LARGEST_FILE}",
                 source=name,
             )
-        return path.read_bytes().decode("utf-8")
+        return path.read_bytes().decode(encoding)
     except FileNotFoundError:
         hint = suggestion(name, builtin_names()) if path.parent == Path() else ""
         raise AutomatonError(f"no such file or built-in automaton{hint}", source=name) from None

@@ -1,13 +1,9 @@
 """Addresses of points of a curve: a finite word, then a label repeated for ever."""
 
-import re
 from dataclasses import dataclass
 
 from fld.curve import Curve
-
-MOST_LABELS = 200
-
-_REPEATED = re.compile(r"^(.*?)\(([^()]*)\)\*$")
+from ifs.addresses import split_address
 
 
 @dataclass(frozen=True)
@@ -34,23 +30,17 @@ def parse_address(text: str, curve: Curve) -> Address:
     >>> str(parse_address("1 0 0", curve(ifs.shape("koch-curve"))))
     '1 (0)*'
     """
-    text = text.strip()
-    match = _REPEATED.match(text)
-    word, repeated = (match[1].split(), match[2].split()) if match else (text.split()[:-1], text.split()[-1:])
+    word, repeated = split_address(text)
     known = "the labels of this curve are " + ", ".join(curve.labels)
     if len(repeated) != 1:
         raise ValueError(
-            f"the address {text!r} must repeat one label, as in "
+            f"the address {text.strip()!r} must repeat one label, as in "
             f"{curve.labels[-1]} ({curve.labels[0]})*; {known}"
         )
-    if len(word) >= MOST_LABELS:
-        raise ValueError(f"the address has {len(word) + 1} labels; at most {MOST_LABELS} can be followed")
     for label in (*word, *repeated):
         if label not in curve.labels:
-            raise ValueError(f"unknown label {label!r} in the address {text!r}; {known}")
-    while word and word[-1] == repeated[0]:
-        word.pop()
-    return Address(tuple(word), repeated[0])
+            raise ValueError(f"unknown label {label!r} in the address {text.strip()!r}; {known}")
+    return _address(word, repeated[0])
 
 
 def twin(address: Address, curve: Curve) -> Address | None:

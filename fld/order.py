@@ -1,15 +1,11 @@
 """The critical order of a curve, and the parametrisation that goes with it."""
 
-import math
-from collections.abc import Sequence
-
-import numpy as np
-
 from fld.curve import Curve, curve
 from fld.directions import projected, spanned, visible
 from fld.error import Collapsed
 from ifs import NotContracting, Shape
 from ifs.differences import spectral_radius
+from ifs.order import ratios, solved_order
 
 _NOTHING = 1e-12
 
@@ -64,32 +60,3 @@ def dominant_moduli(curve: Curve) -> dict[str, float]:
             raise NotContracting(curve.cell, (label,), modulus)
         moduli[label] = modulus
     return moduli
-
-
-def solved_order(moduli: Sequence[float]) -> float:
-    """alpha with `sum_i moduli_i^(1/alpha) = 1`, for two moduli or more in ]0, 1[.
-
-    The sum falls as 1/alpha grows, and the solution lies between those of the extreme moduli alone.
-
-    >>> round(solved_order([1 / 2, 1 / 4]), 12) == round(math.log(2) / math.log((1 + 5**0.5) / 2), 12)
-    True
-    """
-    from scipy.optimize import brentq
-
-    count = math.log(len(moduli))
-    low, high = (count / -math.log(modulus) for modulus in (min(moduli), max(moduli)))
-    if high - low <= 1e-14 * high:
-        return 1 / high
-    exponent = brentq(
-        lambda s: math.fsum(modulus**s for modulus in moduli) - 1,
-        low * (1 - 1e-9),
-        high * (1 + 1e-9),
-        xtol=1e-15,
-    )
-    return 1 / float(np.real(np.asarray(exponent)))
-
-
-def ratios(moduli: dict[str, float]) -> dict[str, float]:
-    """`r_i = moduli_i^(1/alpha)`."""
-    order = solved_order(list(moduli.values()))
-    return {label: modulus ** (1 / order) for label, modulus in moduli.items()}

@@ -11,4 +11,6 @@ NAMES = (
     "sierpinski_tetrahedron",
     "menger_sponge",
     "half_rough",
+    "mixed",
+    "mixed_surface",
 )

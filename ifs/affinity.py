@@ -23,14 +23,13 @@ Products = dict[tuple[str, str], Stack]
 def affinity_bound(shape: Shape) -> float:
     """An upper bound of the box dimension (so of the Hausdorff dimension) of a shape.
 
-    The singular value function of a matrix with singular values a_1 >= … >= a_m is
-    `phi^s = a_1 … a_k a_(k+1)^(s-k)`, k the integer part of s. It is submultiplicative, so that for every n
-    the dimension is at most the s with `rho(sum over the words w of n letters of phi^s(A_w)) = 1`. The bound is
-    the least over the lengths with up to 4000 words, at most the dimension of the span. The A_w act on the
-    span of the attractor, measured in mm where the control points tell its directions apart, else in
-    barycentric space, which the control points cannot make larger.
-    Raises `NotContracting` or `Undecided`.
-    Source: K. J. Falconer, The Hausdorff dimension of self-affine fractals, 1988.
+    The singular value function of a matrix with singular values a_1 >= … >= a_m is `phi^s = a_1 … a_k
+    a_(k+1)^(s-k)`, k the integer part of s. It is submultiplicative, so that for every n the dimension is at
+    most the s with `rho(sum over the words w of n letters of phi^s(A_w)) = 1`. The bound is the least over
+    the lengths with up to 4000 words, at most the dimension of the span. The A_w act on the span of the
+    attractor, measured in mm where the control points tell its directions apart, else in barycentric space,
+    which the control points cannot make larger. Raises `NotContracting` or `Undecided`. Source: K. J.
+    Falconer, The Hausdorff dimension of self-affine fractals, 1988.
 
     >>> from ifs.shape import shape
     >>> 1 <= affinity_bound(shape("corner-cutting")) < 1.3
@@ -38,12 +37,16 @@ def affinity_bound(shape: Shape) -> float:
     """
     require_contraction(shape.system)
     steps, ranks = _linear_parts(shape)
-    limit = float(min(max(ranks.values(), default=0), np.linalg.matrix_rank(shape.control - shape.control[0])))
+    limit = float(
+        min(max(ranks.values(), default=0), np.linalg.matrix_rank(shape.control - shape.control[0]))
+    )
     powers, best = steps, limit
     parts = [tuple(c for c in part if c in ranks) for part in components(shape.system)]
     for _ in range(_LETTERS):
         values = {
-            ends: np.linalg.svd(words, compute_uv=False) for ends, words in powers.items() if 0 not in words.shape
+            ends: np.linalg.svd(words, compute_uv=False)
+            for ends, words in powers.items()
+            if 0 not in words.shape
         }
         best = min(best, max((_least(values, part, best) for part in parts), default=0.0))
         longer = _longer(powers, steps)
@@ -54,7 +57,7 @@ def affinity_bound(shape: Shape) -> float:
 
 
 def _linear_parts(shape: Shape) -> tuple[Products, dict[str, int]]:
-    """The linear parts of all labels between cells, in coordinates of the spans, and the spans' dimensions."""
+    """The linear parts of all labels between cells, in coordinates of the spans, and their dimensions."""
     system: System = shape.system
     control = configurations(system, shape.control)
     bases, rulers = {}, {}

@@ -24,7 +24,7 @@ class NoArea(ValueError):
 
 
 def area_form(shape: Shape) -> Rows:
-    """The numbers W with `area = 1/2 sum_jk W_jk (c_j x c_k)` between a curve and its chord.
+    """The numbers W with `area = 1/2 sum_(j<k) W_jk (c_j x c_k)` between a curve and its chord.
 
     c_j are the control points (mm). In difference coordinates, with L_i the linear part of piece i, s_i = -1
     where the curve runs through the piece backwards, and Q the form of the polygon of the joints,
@@ -43,7 +43,9 @@ def area_form(shape: Shape) -> Rows:
     found, table = chains(shape), operators(shape)
     joints = {cell: _joints(shape, table, cell, chain) for cell, chain in found.items()}
     unknowns = [
-        (cell, pair) for cell in found for pair in combinations(range(shape.automaton.cells[cell].points - 1), 2)
+        (cell, pair)
+        for cell in found
+        for pair in combinations(range(shape.automaton.cells[cell].points - 1), 2)
     ]
     place = {unknown: k for k, unknown in enumerate(unknowns)}
     rows: list[dict[int, Number]] = [{} for _ in unknowns]
@@ -67,29 +69,30 @@ def area_form(shape: Shape) -> Rows:
 
 
 def area(shape: Shape, control: Real[np.ndarray, "points dim"] | None = None) -> Number:
-    """The signed area, in mm^2, between a plane curve and its chord, to the left of the curve negative.
+    """The signed area, in mm^2, between a plane curve and its chord.
 
-    A curve that turns counterclockwise around what it encloses with its chord has a positive area; a closed
-    curve encloses this area. `control` replaces the control points. The result is a Fraction where the
-    operators are rational (of control points as the binary fractions that they are).
-    Raises as `area_form` does, and `ValueError` for control points that are not in a plane.
+    It is positive where the curve and its chord back go counterclockwise around it; of a closed curve it is
+    the area enclosed, each part counted as often as the curve winds around it. `control` replaces the control
+    points. The result is a Fraction where the operators are rational (of control points as the binary
+    fractions that they are). Raises as `area_form` does, and `ValueError` for control points that are not in
+    a plane.
 
     >>> from ifs.shape import shape
     >>> str(area(shape("takagi-curve"), np.array([[0, 0], [1, 1], [2, 0]])))
-    '-1'
+    '-2'
     """
     points = shape.control if control is None else control
     if points.shape != (len(shape.control), 2):
         raise ValueError(
-            f"an area needs {len(shape.control)} control points of the plane, rows (x, y); got an array of shape "
-            f"{points.shape}"
+            f"an area needs {len(shape.control)} control points of the plane, rows (x, y); "
+            f"got an array of shape {points.shape}"
         )
     form = area_form(shape)
     rows = [[Fraction(float(x)) for x in row] for row in points]
     total: Number = Fraction(0)
     for j, k in combinations(range(len(rows)), 2):
         total += form[j][k] * (rows[j][0] * rows[k][1] - rows[j][1] * rows[k][0])
-    return total
+    return total / 2
 
 
 def swept_area(shape: Shape, control: Real[np.ndarray, "points dim"] | None = None) -> Number:

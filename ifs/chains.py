@@ -69,7 +69,8 @@ def _chain(topology: Topology, cell: str, ends: Mapping[str, tuple[str, str]]) -
     place = topology.subdivided(cell).place
     start, end = ends[cell]
     here, goal = (
-        place[label, next(iter(cells[cells[cell].boundary[label].cell].subdivision))][0] for label in (start, end)
+        place[label, next(iter(cells[cells[cell].boundary[label].cell].subdivision))][0]
+        for label in (start, end)
     )
     nodes = {
         label: tuple(place[label, side][0] for side in ends[target])
@@ -87,8 +88,8 @@ def _chain(topology: Topology, cell: str, ends: Mapping[str, tuple[str, str]]) -
     if len(links) != len(nodes) or here != goal:
         walked = " ".join(label for label, _ in links) or "nothing"
         raise NoChain(
-            f"cell {cell!r}: walking from {start!r} to {end!r} passes {walked}, not all of {' '.join(nodes)} in a "
-            f"chain; state which ends of which pieces are adjacent"
+            f"cell {cell!r}: walking from {start!r} to {end!r} passes {walked}, not all of "
+            f"{' '.join(nodes)} in a chain; state which ends of which pieces are adjacent"
         )
     return Chain(start, end, tuple(links))
 

@@ -86,7 +86,8 @@ class Surface:
         free = {name: replace(cell, matrices={}) for name, cell in given.items()}
         family = replace(self.topology.automaton, cells=free)
         entries = [parameter.entry for parameter in subdivision.solve(family).parameters]
-        values = {str(e): given[e.cell].matrices[e.label][e.row][e.column].value for e in entries}
+        numbers = {(e.cell, e.label): _numbers(given[e.cell].matrices[e.label]) for e in entries}
+        values = {str(e): numbers[e.cell, e.label][e.row][e.column] for e in entries}
         return replace(family, values=values)
 
 

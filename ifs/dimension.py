@@ -24,9 +24,9 @@ class Similarity:
     """A shape all of whose pieces are scaled copies of one piece of their cell.
 
     `ratios[cell][label]` is the size of that sub-piece (against the first piece of its own cell) over that of
-    the piece (against the first of its cell): with one cell, the contraction ratio. Sub-pieces that are single
-    points are left out. `dimension` is the largest of `parts`, which holds the cells of each strongly connected
-    component with a cycle, and the s of that component.
+    the piece (against the first of its cell): with one cell, the contraction ratio. Sub-pieces that are
+    single points are left out. `dimension` is the largest of `parts`, which holds the cells of each strongly
+    connected component with a cycle, and the s of that component.
     """
 
     ratios: Mapping[str, Mapping[str, float]]
@@ -124,8 +124,9 @@ def similarity(shape: Shape) -> Similarity | None:
 def natural_probabilities(system: System, found: Similarity) -> Mapping[str, Mapping[str, float]]:
     """The probabilities by which the pieces have their share of the s-dimensional measure.
 
-    `p_i = r_i^s h_y / h_x` for label i from x to y, `M(s) h = h`; with one cell `r_i^s`. For systems whose cells
-    all lead to the component that has the largest dimension; raises `ValueError` where h is not positive.
+    `p_i = r_i^s h_y / h_x` for label i from x to y, `M(s) h = h`; with one cell `r_i^s`. For systems whose
+    cells all lead to the component that has the largest dimension; raises `ValueError` where h is not
+    positive.
 
     >>> from ifs.shape import shape
     >>> koch = shape("koch-curve")
@@ -141,8 +142,8 @@ def natural_probabilities(system: System, found: Similarity) -> Mapping[str, Map
     if not (weights > 1e-12).all():
         worst = cells[int(weights.argmin())]
         raise ValueError(
-            f"cell {worst!r} has no share of the {found.dimension:.6g}-dimensional measure: it never leads to the "
-            f"component of that dimension. Give probabilities for each cell instead."
+            f"cell {worst!r} has no share of the {found.dimension:.6g}-dimensional measure: it never leads "
+            f"to the component of that dimension. Give probabilities for each cell instead."
         )
     place = dict(zip(cells, weights, strict=True))
     return {
@@ -211,5 +212,5 @@ def _root(radius: Callable[[float], float]) -> float | None:
         high *= 2
         if high > _LARGEST:
             return None
-    found = brentq(lambda s: np.log(radius(s)), 0.0, high, xtol=1e-15, rtol=1e-15)
+    found = brentq(lambda s: np.log(radius(s)), 0.0, high, xtol=1e-15)
     return float(np.real(np.asarray(found)))

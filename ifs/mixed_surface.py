@@ -10,9 +10,8 @@ import numpy as np
 from jaxtyping import Float, Real
 
 from automata import Automaton
-from ifs.parallel import times, together
+from ifs.parallel import given, times, together
 from ifs.shape import Shape
-from ifs.shape import shape as shape_of
 from subdivision.schemes import bezier, tensor
 
 _MEET = 1e-9
@@ -27,8 +26,8 @@ class BordersApart(ValueError):
         self.gap = gap
         first, second = (end.tolist() for end in ends)
         super().__init__(
-            f"the borders do not meet at {corner}: {first} and {second} are {gap:.3g} mm apart. Move the control "
-            "points that these curves end in"
+            f"the borders do not meet at {corner}: {first} and {second} are {gap:.3g} mm apart. Move the "
+            "control points that these curves end in"
         )
 
 
@@ -47,10 +46,10 @@ def between(
         `S(u,v) = sum_kl beta_k(v) beta_l(u) (K(u) + L(v) - c_kl)`,    `beta = (1 - h, h)`,
 
     the mixture of the four surfaces that move one border along another. Since the weights sum to 1 it is
-    Coons' patch, `beta · (bottom, top)(u) + beta · (left, right)(v)` less the blended corners; the source does
-    not say so. The blend is `h = sum_j toward_j b_j`, b the basis functions of a curve (linear unless given):
-    `bezier(3)` with `toward = [0, 0, 1, 1]` is Hermite's `3t^2 - 2t^3`. The source blends `T^0 = a ⊗ b` by st
-    where a and b meet in (1, 1); here (0, 0) is where `bottom` and `left` begin.
+    Coons' patch, `beta · (bottom, top)(u) + beta · (left, right)(v)` less the blended corners (the source
+    does not say so). The blend is `h = sum_j toward_j b_j`, b the basis functions of a curve (linear unless
+    given): `bezier(3)` with `toward = [0, 0, 1, 1]` is Hermite's `3t^2 - 2t^3`. The source blends `T^0 = a ⊗
+    b` by st where a and b meet in (1, 1); here (0, 0) is where `bottom` and `left` begin.
 
     Opposite curves, and the blend, must be glued alike, and vertices hold 1 control point. Control points in
     mm. Raises `DifferentGluing`, `BordersApart`, and `ValueError` for curves whose vertices hold more points,
@@ -85,7 +84,7 @@ def between(
     corners = np.stack([np.stack([one.control[0], one.control[-1]]) for one in pairs[0]])
     inner = np.einsum("kv,lu,kld->uvd", v[1], u[1], corners)
     control = np.einsum("kud,kv->uvd", u[0], v[1]) + np.einsum("lvd,lu->uvd", v[0], u[1]) - inner
-    return shape_of(surface, control=control.reshape(-1, control.shape[2]))
+    return given(surface, control.reshape(-1, control.shape[2]))
 
 
 def _along(
@@ -126,7 +125,9 @@ def _require_corners(bottom: Shape, top: Shape, left: Shape, right: Shape) -> No
         ("(1, 1), the last points of top and right", top.control[-1], right.control[-1]),
     ):
         if end.shape != other.shape:
-            raise ValueError(f"the borders have different dimensions at {name}: {end.shape} and {other.shape}")
+            raise ValueError(
+                f"the borders have different dimensions at {name}: {end.shape} and {other.shape}"
+            )
         gap = float(np.linalg.norm(end - other))
         if not gap <= _MEET * size:
             raise BordersApart(name, (end, other), gap)

@@ -1,4 +1,4 @@
-"""Mixed shapes: at every address a weighted mean of the points of several shapes, the weights a shape as well.
+"""Mixed shapes: at every address a weighted mean of the points of several shapes; the weights are a shape.
 
 At address s the shapes have the points `p_k(s) = P_k x_k(s)` and the blend has `b(s)`, coordinates that sum
 to 1. With M_kj the share of shape k at control point j of the blend, the mixed point is
@@ -21,9 +21,8 @@ from jaxtyping import Float, Real
 
 from automata import Automaton
 from ifs.mesh import Mesh
-from ifs.parallel import times, together
+from ifs.parallel import given, times, together
 from ifs.shape import Shape
-from ifs.shape import shape as shape_of
 
 _SUM = 1e-9
 
@@ -35,10 +34,10 @@ def mixed(
 ) -> Shape:
     """The shape `sum_k beta_k(s) p_k(s)`, s running over all addresses, with beta given by a blend.
 
-    `weights` is M, `(shapes, control points of the blend)`, its columns summing to 1; by default the identity,
-    one control point of the blend for each shape. `bezier(K - 1)` blends by Bernstein's polynomials,
-    `b_spline`, `takagi` and `sierpinski_triangle` by their own basis functions. Control points of the result
-    are in mm, `m (1 + sum (n_k - 1))` of them for m of the blend and n_k of shape k.
+    `weights` is M, `(shapes, control points of the blend)`, its columns summing to 1; by default the
+    identity, one control point of the blend for each shape. `bezier(K - 1)` blends by Bernstein's
+    polynomials, `b_spline`, `takagi` and `sierpinski_triangle` by their own basis functions. Control points
+    of the result are in mm, `m (1 + sum (n_k - 1))` of them for m of the blend and n_k of shape k.
 
     Raises `DifferentGluing` for shapes or a blend that are not glued alike, and `ValueError` for weights or
     control points that do not fit, or over 400 control points.
@@ -63,9 +62,10 @@ def rational(
 ) -> Shape:
     """The same with rational weights, in homogeneous coordinates: the last one is the denominator.
 
-    `beta_k(s) = sum_j w_j M_kj b_j(s) / sum_j w_j b_j(s)`, w the positive `importance` of the control points of
-    the blend. The result has one more dimension; `projected(ifs.mesh(result, depth))` lies in space. The
-    source (§5.1.4) gives K shapes the degree `m - 1` where they are counted from 0 to m; the degree is m.
+    `beta_k(s) = sum_j w_j M_kj b_j(s) / sum_j w_j b_j(s)`, w the positive `importance` of the control
+    points of the blend. The result has one more dimension; `projected(ifs.mesh(result, depth))` lies in
+    space. The source (§5.1.4) gives K shapes the degree `m - 1` where they are counted from 0 to m; the
+    degree is m.
 
     >>> import ifs
     >>> from subdivision.schemes import bezier, takagi
@@ -89,7 +89,9 @@ def projected(mesh: Mesh) -> Mesh:
     below = mesh.vertices[:, -1]
     if not (below > 0).all():
         worst = int(np.argmin(below))
-        raise ValueError(f"the weights of the blend cancel: vertex {worst} has the denominator {below[worst]:g}")
+        raise ValueError(
+            f"the weights of the blend cancel: vertex {worst} has the denominator {below[worst]:g}"
+        )
     return Mesh(mesh.vertices[:, :-1] / below[:, None], mesh.faces)
 
 
@@ -105,7 +107,7 @@ def _mixed(
     parts = np.stack([points[numbers[:, k]] for k, points in enumerate(controls)])
     tuples = np.array(whole.points)
     control = np.einsum("kj,ksd->jsd", shares, parts)[tuples[:, 0], tuples[:, 1]]
-    return shape_of(whole.automaton, control=control)
+    return given(whole.automaton, control)
 
 
 def _shares(shapes: Sequence[Shape], blend: Automaton, weights: np.ndarray | None) -> np.ndarray:

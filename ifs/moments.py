@@ -18,7 +18,7 @@ _ONE = 1e-12
 
 
 class WrongProbabilities(ValueError):
-    """Probabilities that do not fit a cell: a label missing or unknown, a negative one, a sum that is not 1."""
+    """Probabilities that do not fit a cell: a label missing or unknown, one below 0, a sum other than 1."""
 
 
 @dataclass(frozen=True)
@@ -52,10 +52,10 @@ def moments(shape: Shape, order: int = 2, probabilities: Probabilities | None = 
     """The moments of the measure that takes sub-piece i of a cell with probability p_i.
 
     The measures satisfy `mu_x = sum_i p_i (T_i)_* mu_y`, y the cell of sub-piece i, so in barycentric space
-    `E_x[p] = sum p_i T_i E_y[p]`, `E_x[p p'] = sum p_i T_i E_y[p p'] T_i'`, and so on: each degree is a system
-    of linear equations, with 1 as no eigenvalue once the coordinates' sum 1 is used. The points of space are
-    `x = P^T p`. `probabilities[cell][label]`: by default all labels of a cell alike; cells that are not
-    mentioned too. `ifs.dimension.natural_probabilities` gives those of the s-dimensional measure.
+    `E_x[p] = sum p_i T_i E_y[p]`, `E_x[p p'] = sum p_i T_i E_y[p p'] T_i'`, and so on: each degree is a
+    system of linear equations, with 1 as no eigenvalue once the coordinates' sum 1 is used. The points of
+    space are `x = P^T p`. `probabilities[cell][label]`: by default all labels of a cell alike; cells that are
+    not mentioned too. `ifs.dimension.natural_probabilities` gives those of the s-dimensional measure.
 
     Raises `NotContracting` or `Undecided`, `WrongProbabilities`, and `ValueError` for an order below 0 or too
     many moments (over 250 of one degree exactly, over 2000 in floats).
@@ -107,7 +107,9 @@ def barycentric_moments(
         for cell, table in operators.items()
         for label, (target, rows) in table.items()
     }
-    tables: dict[str, dict[Exponent, Number]] = {cell: {(0,) * widths[cell]: Fraction(1)} for cell in operators}
+    tables: dict[str, dict[Exponent, Number]] = {
+        cell: {(0,) * widths[cell]: Fraction(1)} for cell in operators
+    }
     for degree in range(1, order + 1):
         unknowns = [(cell, exponent) for cell in operators for exponent in exponents(widths[cell], degree)]
         place = {unknown: k for k, unknown in enumerate(unknowns)}
@@ -172,9 +174,7 @@ def _width(operators: Operators, cell: str) -> int:
     return len(next(iter(operators[cell].values()))[1]) - 1
 
 
-def _check_work(
-    operators: Operators, weights: Probabilities, widths: Mapping[str, int], order: int
-) -> None:
+def _check_work(operators: Operators, weights: Probabilities, widths: Mapping[str, int], order: int) -> None:
     exact = all(
         isinstance(x, int | Fraction)
         for cell, table in operators.items()

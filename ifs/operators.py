@@ -17,7 +17,7 @@ _SAME = 1e-12
 
 
 def operators(shape: Shape) -> Operators:
-    """The operators of all cells that the shape needs: Fractions from the constraints, if they are the shape's.
+    """The operators of all cells that the shape needs: Fractions from its constraints where it has them.
 
     A shape whose system was changed after it was made has them as floats.
 

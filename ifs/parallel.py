@@ -9,11 +9,15 @@ from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from fractions import Fraction
 
+import numpy as np
+from jaxtyping import Float
+
 from automata import Automaton, AutomatonError, Boundary, Cell, Symmetry
 from automata.automaton import Equation, Rows, Word
 from automata.expression import Number
 from automata.topology import Topology
-from ifs.gluing import Cells, DifferentGluing, Factor, Matrix, alike, factor, same_partition
+from ifs.alike import Cells, DifferentGluing, Factor, Matrix, alike, factor, same_partition
+from ifs.shape import Shape, system
 from ifs.spaces import Grid, Numbers, Space, Staircase, moved
 
 MOST_POINTS = 400
@@ -60,6 +64,18 @@ def together(*automata: Automaton) -> Product:
     ((0, 0), (1, 0), (1, 1), (1, 2), (2, 2))
     """
     return _product(automata, Staircase, lambda sizes: _size(sizes, True), " and ")
+
+
+def given(automaton: Automaton, control: Float[np.ndarray, "points dim"]) -> Shape:
+    """The shape of an automaton whose matrices are all given and known to meet its constraints."""
+    numbers = {
+        name: {
+            label: tuple(tuple(e.value for e in row if isinstance(e, Number)) for row in rows)
+            for label, rows in cell.matrices.items()
+        }
+        for name, cell in automaton.cells.items()
+    }
+    return Shape(automaton.name, Topology(automaton), system(automaton, numbers), control)
 
 
 def _size(sizes: Sequence[int], side_by_side: bool) -> int:

@@ -76,7 +76,9 @@ def solved(rows: Sequence[Mapping[int, Number]], constants: Sequence[Number]) ->
     [Fraction(2, 3)]
     """
     count = len(rows)
-    if all(isinstance(x, int | Fraction) for row in (*rows, dict(enumerate(constants))) for x in row.values()):
+    if all(
+        isinstance(x, int | Fraction) for row in (*rows, dict(enumerate(constants))) for x in row.values()
+    ):
         return _solved_exactly(rows, constants)
     matrix = np.eye(count)
     for i, row in enumerate(rows):

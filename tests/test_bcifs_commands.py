@@ -181,7 +181,7 @@ def test_free_parameters_are_asked_for(run, tmp_path):
     [
         (["render", "koch-curve", "-o", "{}/none/x.png"], "no folder"),
         (["render", "koch-curve", "-o", "{}/x.jpg"], ".png or .svg"),
-        (["mesh", "koch-curve", "-o", "{}/x.step"], ".obj, .ply or .stl"),
+        (["mesh", "koch-curve", "-o", "{}/x.doc"], ".obj, .ply, .stl or .step"),
         (["mesh", "koch-curve", "-o", "{}/x.stl"], ".obj"),
         (["mesh", "koch-curve", "-o", "{}/folder.obj"], "folder"),
         (["mesh", "koch-curve", "-o", "/proc/x.obj"], "/proc/x.obj"),

@@ -166,3 +166,32 @@ def test_the_ring_is_closed_with_a_smooth_and_a_rough_half():
     found = np.stack([radius, here[:, 2]], axis=1)
     assert len(found) == COLUMNS * 2**DEPTH
     assert np.abs(found[:, None] - spline[None]).max(axis=2).min(axis=1).max() < 1e-9
+
+
+def test_the_middle_curve_is_the_mean_of_its_neighbours_by_the_parameter():
+    mesh = built("mixed")
+    assert mesh.faces.shape == (3 * 2**11, 2)
+    assert nx.number_connected_components(graph(mesh)) == 3
+    here = (mesh.vertices[:, 0] >= 90 - 1e-6) & (mesh.vertices[:, 0] <= 170 + 1e-6)
+    t = (mesh.vertices[here, 0] - 90) / 80
+    series = sum(np.abs(2**n * t - np.round(2**n * t)) / 2**n for n in range(12))
+    assert here.sum() == 2**11 + 1
+    assert np.allclose(mesh.vertices[here, 1], (1 - t) * 120 * t * (1 - t) + t * 120 * series, atol=1e-9)
+
+
+def test_the_surface_between_four_curves_ends_in_them():
+    mesh = built("mixed_surface")
+    links = graph(mesh)
+    assert mesh.faces.shape == (4**7, 4)
+    assert len(mesh.vertices) - links.number_of_edges() + len(mesh.faces) == 1
+    x, y, z = mesh.vertices.T
+    for rim, expected in (
+        (np.abs(y) < 1e-9, 80 * (x / 80) * (1 - x / 80)),
+        (np.abs(x) < 1e-9, np.zeros(len(x))),
+        (
+            np.abs(y - 80) < 1e-9,
+            60 * sum(np.abs(2**n * x / 80 - np.round(2**n * x / 80)) / 2**n for n in range(8)),
+        ),
+    ):
+        assert rim.sum() == 2**7 + 1
+        assert np.allclose(z[rim], expected[rim], atol=1e-9)
