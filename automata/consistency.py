@@ -35,6 +35,8 @@ def require_consistency(automaton: Automaton) -> None:
         return
     topology = Topology(whole)
     for cell in deep:
+        topology.boundaries(cell.name)  # too many are refused before anything is glued
+    for cell in deep:
         _require_turns(topology, cell)
         if any(_has_corners(whole, whole.cells[target]) for target in cell.subdivision.values()):
             _require_gluing(topology, cell)

@@ -16,7 +16,7 @@ def read(source: str | os.PathLike[str]) -> Automaton:
 
     A name with a folder or the ending `.toml` is a file; any other is looked up among the built-in automata
     first. A Fractint file gives one of its entries, `trees.ifs:fern` or `curves.l:koch`, or its only one.
-    Raises `AutomatonError` with file, line and column for whatever is wrong with the file, or with a file that
+    Raises `AutomatonError` with file, line and column for whatever is wrong with the file, or with one that
     it includes.
 
     >>> read("corner-cutting").shape

@@ -13,4 +13,5 @@ NAMES = (
     "half_rough",
     "mixed",
     "mixed_surface",
+    "vapour",
 )

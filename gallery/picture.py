@@ -3,17 +3,23 @@
 from importlib.metadata import version
 from pathlib import Path
 
+from export.vapour import Vapour
 from ifs import Mesh
 
 FOLDER = Path("out") / "gallery"
 
 
-def save(name: str, mesh: Mesh) -> Path:
-    """Draw a mesh into `out/gallery/NAME.png` and say so."""
+def save(name: str, made: Mesh | Vapour) -> Path:
+    """Draw a mesh or a cloud into `out/gallery/NAME.png` and say so."""
+    from bcifs.cloud import write_cloud
     from bcifs.picture import draw_mesh
 
     FOLDER.mkdir(parents=True, exist_ok=True)
     path = FOLDER / f"{name}.png"
-    draw_mesh(mesh, path, {"name": name, "gallery": f"gallery/{name}.py", "bcifs": version("bcifs")})
+    recipe = {"name": name, "gallery": f"gallery/{name}.py", "bcifs": version("bcifs")}
+    if isinstance(made, Vapour):
+        write_cloud(made.density, path, recipe | made.recipe)
+    else:
+        draw_mesh(made, path, recipe)
     print(path)
     return path

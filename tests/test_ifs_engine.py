@@ -62,8 +62,8 @@ def test_pieces_are_those_of_the_plain_evaluator(name, depth):
 def test_each_piece_finds_its_own_limit_points_at_the_shared_vertices(name):
     """What one piece puts at a vertex is what its neighbours put there."""
     shape, depth = SHAPES[name], 3 if len(SHAPES[name].control) < 9 else 2
-    mesh = ifs.mesh(shape, depth)
-    first = ifs.mesh(ifs.Shape("", shape.topology, shape.system, np.eye(len(shape.control))), 0)
+    mesh = ifs.draw(ifs.refined(ifs.initial(shape.topology, shape.system, shape.control), depth))
+    first = ifs.draw(ifs.initial(shape.topology, shape.system, np.eye(len(shape.control))))
     corner_points = first.vertices[first.faces[0]]
     pieces = plain_pieces(name, shape.control, depth)[shape.automaton.shape]
     if len(first.faces) == 1:

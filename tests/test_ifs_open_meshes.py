@@ -257,14 +257,14 @@ def test_creases_of_a_cube(name, depth):
 def test_creases_that_meet_a_boundary_and_polygons():
     faces = [(0, 1, 2), (0, 2, 3, 4), (0, 4, 5), (0, 5, 6, 7, 1)]
     points = random_points(faces, 13)
-    for creases in ({(0, 2): inf}, {(0, 2): 2.5, (0, 5): inf}, {(0, 1): 1, (0, 4): inf, (0, 5): inf}):
-        mesh = smooth(points, faces, 2, creases=creases, corners=[3], boundary="smooth")
-        require_same(mesh, *expected(points, faces, 2, creases, [3]))
+    for creases in ({(0, 2): 2.5, (0, 5): inf}, {(0, 1): 1, (0, 4): inf, (0, 5): inf}):
+        mesh = smooth(points, faces, 1, creases=creases, corners=[3], boundary="smooth")
+        require_same(mesh, *expected(points, faces, 1, creases, [3]))
     inner = grid(3, 3)
     points = random_points(inner, 14)
-    for creases in ({(1, 5): inf, (5, 9): inf}, {(1, 5): inf, (5, 6): 1.5}, {(4, 5): 3, (1, 5): 0.25}):
-        mesh = smooth(points, inner, 2, creases=creases, boundary="corners")
-        require_same(mesh, *expected(points, inner, 2, creases, [0, 3, 12, 15]))
+    for creases in ({(1, 5): inf, (5, 9): inf}, {(1, 5): inf, (5, 6): 1.5}, {(4, 5): 2, (1, 5): 0.25}):
+        mesh = smooth(points, inner, 1, creases=creases, boundary="corners")
+        require_same(mesh, *expected(points, inner, 1, creases, [0, 3, 12, 15]))
 
 
 def test_a_cube_with_all_edges_sharp_stays_a_cube():
