@@ -9,7 +9,7 @@ from jaxtyping import Float
 from bcifs.palette import CLAY, INK, PAPER
 from bcifs.png import write_png
 from bcifs.view import Sheet, axes, seen, sheet
-from ifs.grid import Density
+from ifs.measures.grid import Density
 
 FINENESS = 1.4  # samples for each cell, across and in depth
 SLANT = (-0.45, 0.35)  # how far light drifts along x and y while it falls by 1
@@ -27,7 +27,7 @@ def write_cloud(
 
     >>> import pathlib, tempfile
     >>> from ifs import shape
-    >>> from ifs.density import density
+    >>> from ifs.measures.density import density
     >>> place = pathlib.Path(tempfile.mkdtemp()) / "triangle.png"
     >>> write_cloud(density(shape("sierpinski-triangle"), 16), place)
     >>> place.stat().st_size > 1000

@@ -6,7 +6,7 @@ from typing import Any
 import numpy as np
 
 from ifs import Shape, bounding_box, convergence
-from ifs.dimension import similarity_dimension
+from ifs.dimensions.dimension import similarity_dimension
 
 
 def facts(shape: Shape) -> dict[str, Any]:

@@ -47,8 +47,8 @@ def smooth(
     """
     check_output(output, ENDINGS)
     from export.control_files import read_control_mesh
-    from ifs.control_mesh import surface
-    from ifs.creases import creases_by_angle
+    from ifs.surfaces.control_mesh import surface
+    from ifs.surfaces.creases import creases_by_angle
 
     vertices, faces = read_control_mesh(mesh)
     creases = {}

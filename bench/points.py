@@ -77,9 +77,9 @@ def report(count: int = 10_000_000) -> Iterator[str]:
     """Lines for the fern by the chaos game, a curve of two cells, and the pieces of the fern at a depth."""
     from automata.fractint import fractint_ifs
     from automata.turtle import lsystem_automaton
-    from ifs.attractor import points_in_chunks
-    from ifs.chaos import points
-    from ifs.plain import maps_of
+    from ifs.maps.plain import maps_of
+    from ifs.orbits.attractor import points_in_chunks
+    from ifs.orbits.chaos import points
     from ifs.shape import shape
 
     fern = fractint_ifs(FERN)

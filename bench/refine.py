@@ -57,9 +57,9 @@ def least(action: Callable[[], object], runs: int) -> float:
 
 def stamping(radius: float, depth: int, runs: int, save: str = "") -> None:
     """Prints what stamping a ball takes, as JSON; to be called in a process of its own."""
-    from ifs.control_mesh import surface
     from ifs.stamp import stamped
     from ifs.stencil import Stencils
+    from ifs.surfaces.control_mesh import surface
     from ifs.template import Templates
 
     start = time.perf_counter()

@@ -6,7 +6,7 @@ import numba
 import numpy as np
 from jaxtyping import Bool, Float, Int
 
-from ifs.grid import Grid, WrongGrid
+from ifs.measures.grid import Grid, WrongGrid
 from ifs.mesh import Mesh
 
 _ASIDE = 1e-6 * np.sqrt([2.0, 3.0, 5.0])  # pitches: off the faces and edges of meshes on a lattice

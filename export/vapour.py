@@ -11,10 +11,10 @@ from jaxtyping import Bool
 
 from export.files import weld
 from export.inside import EmptyModel, box_of, inside
-from ifs.condensation import coverage
-from ifs.grid import Density, Grid, TooManyCells, grid_around
+from ifs.measures.grid import Density, Grid, TooManyCells, grid_around
+from ifs.medians.condensation import coverage
+from ifs.medians.perturbed import largest_move, perturbed
 from ifs.mesh import Mesh
-from ifs.perturbed import largest_move, perturbed
 
 if TYPE_CHECKING:
     import trimesh
@@ -39,7 +39,7 @@ class Vapour:
 
     The total of the density is the volume, in mm^3, that a set drawn from the measure has on average.
     `models` are the cells of the models, the perturbed one last; `change` says how much the last map applied
-    mattered (`ifs.condensation.Coverage`).
+    mattered (`ifs.medians.condensation.Coverage`).
     """
 
     density: Density
@@ -64,10 +64,10 @@ def vapour(
     Models are closed meshes (`ifs.Mesh`, `trimesh.Trimesh`) or solids of build123d, in mm, in place: what
     lies in all of them becomes dense, what only some have becomes vapour. They are voxelised with
     `resolution` cells along the longest side of the box around them (`export.inside.inside`), and taken by
-    `ifs.condensation.coverage` with `depth` and `turning` (degrees per mm). `probabilities` weigh the models;
+    `condensation.coverage` with `depth` and `turning` (degrees per mm). `probabilities` weigh the models;
     all alike by default.
 
-    A single model is joined by one that `ifs.perturbed.perturbed` makes of it with the seed: `amount` mm of
+    A single model is joined by one that `perturbed.perturbed` makes of it with the seed: `amount` mm of
     displacement in the mean square, by default 3 % of the longest side; the probabilities are 2/3 and 1/3 by
     default. `progress(message, share)` is told. The same arguments give the same density.
 

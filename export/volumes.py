@@ -10,7 +10,7 @@ from jaxtyping import Float
 from export.atomic import whole_file
 from export.files import UnsupportedFormat
 from export.openvdb import write_grid
-from ifs.grid import Density
+from ifs.measures.grid import Density
 
 ENDINGS = (".vdb", ".vti")
 
@@ -29,7 +29,7 @@ def write_volume(
     another ending, `ValueError` for amounts that are not finite in 32 bits, `OSError`.
 
     >>> import tempfile
-    >>> from ifs.grid import Grid
+    >>> from ifs.measures.grid import Grid
     >>> place = Path(tempfile.mkdtemp()) / "four.vti"
     >>> write_volume(Density(Grid(np.zeros(2), 2.0, (2, 2)), np.full((2, 2), 0.25)), place)
     >>> import pyvista

@@ -3,7 +3,7 @@
 from dataclasses import dataclass
 
 from fld.curve import Curve
-from ifs.addresses import split_address
+from ifs.orbits.addresses import split_address
 
 
 @dataclass(frozen=True)

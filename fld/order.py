@@ -4,8 +4,8 @@ from fld.curve import Curve, curve
 from fld.directions import projected, spanned, visible
 from fld.error import Collapsed
 from ifs import NotContracting, Shape
-from ifs.differences import spectral_radius
-from ifs.order import ratios, solved_order
+from ifs.certificates.differences import spectral_radius
+from ifs.dimensions.order import ratios, solved_order
 
 _NOTHING = 1e-12
 

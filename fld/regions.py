@@ -20,8 +20,8 @@ from automata import Automaton
 from automata.topology import embedding as columns_of
 from fld.curve import curve
 from fld.ends import End, end, fixed_points, meeting
-from ifs.family import Family, family
-from ifs.verdicts import Verdicts, verdicts
+from ifs.certificates.family import Family, family
+from ifs.certificates.verdicts import Verdicts, verdicts
 
 CONTRACTS, DIVERGES, UNDECIDED = range(3)
 SMOOTH, CUSP, CORNER, NONE = range(4)
@@ -84,7 +84,7 @@ def regions(
     """The behaviour of the curves of a family over the plane of two parameters or entries x and y.
 
     The plane is cut into `resolution` x `resolution` fields, each judged at its middle. Raises
-    `fld.NotACurve`, what `ifs.family.family` raises, and `ValueError` for an empty range or no fields.
+    `fld.NotACurve`, what `family.family` raises, and `ValueError` for an empty range or no fields.
 
     >>> found = regions("corner-cutting", "a", "b", resolution=10)
     >>> int((found.facts.verdict == CONTRACTS).sum()), found.labels
@@ -111,7 +111,7 @@ def classify(
     The joint after piece k compares `-T_k v_end` with `T_(k+1) v_start`, v the directions into the curve, as
     barycentric columns: control points do not matter. Raises `fld.NotACurve`.
 
-    >>> from ifs.family import family
+    >>> from ifs.certificates.family import family
     >>> facts = classify(family("corner-cutting", "a", "b"), np.array([[0.25, 0.25], [0.4, 0.4]]))
     >>> facts.joint.tolist(), facts.start_own.tolist()
     ([0, 2], [True, False])

@@ -5,7 +5,7 @@ from dataclasses import dataclass
 import numpy as np
 from jaxtyping import Complex, Float
 
-from ifs.differences import eigenvalues
+from ifs.certificates.differences import eigenvalues
 
 _SAME = 1e-9  # relative: moduli of eigenvalues nearer than this are equal, parts smaller than this are 0
 

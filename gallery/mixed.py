@@ -4,7 +4,7 @@ import numpy as np
 
 import ifs
 from gallery.arrange import row
-from ifs.mixing import mixed
+from ifs.mixtures.mixing import mixed
 from subdivision.schemes import bezier, takagi
 
 DEPTH = 11

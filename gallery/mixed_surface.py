@@ -3,7 +3,7 @@
 import numpy as np
 
 import ifs
-from ifs.mixed_surface import between
+from ifs.mixtures.mixed_surface import between
 from subdivision.schemes import bezier, takagi
 
 DEPTH = 7

@@ -18,7 +18,7 @@ def save(name: str, made: Mesh | Vapour) -> Path:
     path = FOLDER / f"{name}.png"
     recipe = {"name": name, "gallery": f"gallery/{name}.py", "bcifs": version("bcifs")}
     if isinstance(made, Vapour):
-        write_cloud(made.density, path, recipe | made.recipe)
+        write_cloud(made.density, path, recipe | dict(made.recipe))
     else:
         draw_mesh(made, path, recipe)
     print(path)

@@ -1,23 +1,23 @@
 """Matrices in, attractors out: the engine, its certificates and the meshes that it draws."""
 
-from ifs.adaptive import adaptive
-from ifs.bounds import Box, bounds, extent, sample
-from ifs.box import bounding_box
+from ifs.adaptivity.adaptive import adaptive
+from ifs.certificates.bounds import Box, bounds, extent, sample
+from ifs.certificates.box import bounding_box
+from ifs.certificates.convergence import Convergence, convergence, require_contraction
 from ifs.complex import Complex, initial, refine, refined
-from ifs.control_mesh import Region, Surface, smooth, surface
-from ifs.convergence import Convergence, convergence, require_contraction
 from ifs.drawing import draw
 from ifs.error import EmptyAttractor, NotContracting, Undecided
-from ifs.frames import NotParametrised
 from ifs.mesh import Mesh
 from ifs.patchwork import NotASelection, patchwork
 from ifs.pieces import Pieces, pieces
-from ifs.points import at
-from ifs.polygon_mesh import WrongMesh
 from ifs.shape import Shape, shape
 from ifs.stamp import Stamped, stamped
+from ifs.surfaces.control_mesh import Region, Surface, smooth, surface
+from ifs.surfaces.polygon_mesh import WrongMesh
 from ifs.system import State, System
-from ifs.tangents import VertexLimits, half_tangents, vertex_limits
+from ifs.tangency.frames import NotParametrised
+from ifs.tangency.points import at
+from ifs.tangency.tangents import VertexLimits, half_tangents, vertex_limits
 from ifs.uniform import mesh, uniform
 
 __all__ = [

@@ -9,7 +9,7 @@ from jaxtyping import Float, Int
 from automata.automaton import Cell, Word
 from automata.error import AutomatonError
 from automata.topology import Topology, embedding
-from ifs.bounds import bounds, extent, sample
+from ifs.certificates.bounds import bounds, extent, sample
 from ifs.complex import Complex
 from ifs.mesh import Mesh
 

@@ -6,8 +6,8 @@ from dataclasses import dataclass
 import numpy as np
 from jaxtyping import Bool, Float
 
-from ifs.bounds import Box, bounds, extent
-from ifs.convergence import require_contraction
+from ifs.certificates.bounds import Box, bounds, extent
+from ifs.certificates.convergence import require_contraction
 from ifs.system import System
 
 Control = Float[np.ndarray, "_count _points _dim"]

@@ -13,7 +13,7 @@ from jaxtyping import Float
 
 from automata.automaton import Word
 from automata.topology import embedding
-from ifs.bounds import sample
+from ifs.certificates.bounds import sample
 from ifs.system import System
 from ifs.template import Templates
 

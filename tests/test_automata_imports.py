@@ -14,8 +14,8 @@ from automata.fractint import fractint_ifs, fractint_names
 from automata.growth import NotACurveSystem
 from automata.lsystem import lsystem
 from automata.turtle import lsystem_automaton
-from ifs.dimension import similarity_dimension
-from ifs.plain import maps_of
+from ifs.dimensions.dimension import similarity_dimension
+from ifs.maps.plain import maps_of
 from subdivision.schemes import hilbert
 
 FILE = """; two of the plane, one of space

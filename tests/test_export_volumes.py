@@ -19,9 +19,9 @@ from export.files import UnsupportedFormat
 from export.inside import EmptyModel, NotClosed, inside
 from export.vapour import vapour
 from export.volumes import write_volume
-from ifs.density import density
-from ifs.grid import Density, Grid, TooManyCells, grid_around
-from ifs.moments import WrongProbabilities
+from ifs.measures.density import density
+from ifs.measures.grid import Density, Grid, TooManyCells, grid_around
+from ifs.measures.moments import WrongProbabilities
 
 SYSTEM_PYTHON = Path("/usr/bin/python3")
 

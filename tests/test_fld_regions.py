@@ -14,8 +14,8 @@ from automata import parse_text
 from fld.classes import named
 from fld.ends import meeting
 from fld.regions import CONTRACTS, CORNER, CUSP, DIVERGES, SMOOTH, classify, regions
-from ifs.family import NotAffine, family
-from ifs.verdicts import lyndon, short_words, verdicts
+from ifs.certificates.family import NotAffine, family
+from ifs.certificates.verdicts import lyndon, short_words, verdicts
 
 CUTTING = family("corner-cutting", "a", "b")
 MAP = regions("corner-cutting", "a", "b", resolution=120)

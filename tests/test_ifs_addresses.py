@@ -10,7 +10,7 @@ import ifs
 from automata.plain import plain_automaton
 from automata.turtle import lsystem_automaton
 from fld.curve import curve
-from ifs.addresses import (
+from ifs.orbits.addresses import (
     UnknownLabel,
     address,
     joints,
@@ -20,7 +20,7 @@ from ifs.addresses import (
     twins,
     vertex_address,
 )
-from ifs.limits import ManyFixedPoints, point_at, points_at
+from ifs.orbits.limits import ManyFixedPoints, point_at, points_at
 
 ARROWHEAD = "A { Angle 6\n Axiom F\n F=G-F-G\n G=F+G+F }"
 

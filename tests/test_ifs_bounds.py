@@ -8,8 +8,8 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from scipy.optimize import linprog
 
-from ifs.bounds import Box, bounds, extent, sample
-from ifs.convergence import convergence
+from ifs.certificates.bounds import Box, bounds, extent, sample
+from ifs.certificates.convergence import convergence
 from ifs.error import EmptyAttractor, NotContracting
 from ifs.pieces import pieces
 from ifs.system import State, System

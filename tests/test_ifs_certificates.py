@@ -8,13 +8,13 @@ from scipy.spatial import cKDTree
 
 import ifs
 from automata import parse_text
-from ifs.balls import ball, smallest_ball
-from ifs.gluing import gluing, vertex_address
-from ifs.hausdorff import control_figures, hausdorff_error
-from ifs.openset import content, open_set
-from ifs.parametrisation import Parametrisation, WrongRatios, parametrisation
+from ifs.certificates.balls import ball, smallest_ball
+from ifs.certificates.hausdorff import control_figures, hausdorff_error
+from ifs.certificates.openset import content, open_set
+from ifs.certificates.supports import grid_directions, hull
+from ifs.dimensions.gluing import gluing, vertex_address
+from ifs.dimensions.parametrisation import Parametrisation, WrongRatios, parametrisation
 from ifs.shape import Shape
-from ifs.supports import grid_directions, hull
 from ifs.system import State, System
 from subdivision.schemes import b_spline, de_rham, hilbert, koch, menger_wall
 

@@ -7,8 +7,8 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from ifs.convergence import convergence, require_contraction
-from ifs.differences import components, linear_part, spectral_norm, spectral_radius, steps
+from ifs.certificates.convergence import convergence, require_contraction
+from ifs.certificates.differences import components, linear_part, spectral_norm, spectral_radius, steps
 from ifs.error import NotContracting, Undecided
 from ifs.system import State, System
 

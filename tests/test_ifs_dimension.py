@@ -6,9 +6,9 @@ from scipy.optimize import brentq
 
 import ifs
 from automata import parse_text
-from ifs.affinity import affinity_bound
-from ifs.boxcounting import box_counting
-from ifs.dimension import dimension, natural_probabilities, similarity, similarity_dimension
+from ifs.dimensions.affinity import affinity_bound
+from ifs.dimensions.boxcounting import box_counting
+from ifs.dimensions.dimension import dimension, natural_probabilities, similarity, similarity_dimension
 from subdivision.schemes import b_spline, cesaro
 
 GOLDEN = """

@@ -10,15 +10,15 @@ from scipy.spatial import KDTree
 
 import automata
 import ifs
-from ifs.adaptive import adaptive
-from ifs.bounds import sample
-from ifs.control_mesh import surface
-from ifs.frames import NotParametrised
-from ifs.modes import modes
+from ifs.adaptivity.adaptive import adaptive
+from ifs.certificates.bounds import sample
 from ifs.patchwork import patchwork
-from ifs.points import at
+from ifs.surfaces.control_mesh import surface
 from ifs.system import State, System
-from ifs.tangents import half_tangents, vertex_limits
+from ifs.tangency.frames import NotParametrised
+from ifs.tangency.modes import modes
+from ifs.tangency.points import at
+from ifs.tangency.tangents import half_tangents, vertex_limits
 from subdivision.schemes import bezier
 
 SCHEMES = ["catmull-clark", "doo-sabin"]

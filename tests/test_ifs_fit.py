@@ -9,9 +9,9 @@ from scipy.interpolate import make_lsq_spline
 
 import ifs
 from automata.expression import parse
-from ifs.basis import basis
-from ifs.fit import fit_control, fit_curve, project
-from ifs.fit_family import fit_family, operators
+from ifs.fitting.fit import fit_control, fit_curve, project
+from ifs.fitting.fit_family import fit_family, operators
+from ifs.mixtures.basis import basis
 from subdivision.schemes import b_spline, bezier, corner_cutting, de_rham, takagi, tensor
 
 ARCH = np.array([[0.0, 0], [30, 60], [80, 10]])

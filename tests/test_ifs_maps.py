@@ -13,14 +13,14 @@ from automata import AutomatonError
 from automata.fractint import fractint_ifs
 from automata.language import forbidding, restricted
 from automata.turtle import lsystem_automaton
-from ifs.attractor import pieces_in_chunks, points_in_chunks
-from ifs.chaos import _alias, given_weights, points, weights
-from ifs.dimension import similarity_dimension
-from ifs.maps import Map, affine, projective, similarity
-from ifs.moments import WrongProbabilities, moments
-from ifs.plain import from_maps, maps_of
-from ifs.projective import NoContraction, contraction, projective_points
-from ifs.walk import _next
+from ifs.dimensions.dimension import similarity_dimension
+from ifs.maps.maps import Map, affine, projective, similarity
+from ifs.maps.plain import from_maps, maps_of
+from ifs.maps.projective import NoContraction, contraction, projective_points
+from ifs.measures.moments import WrongProbabilities, moments
+from ifs.orbits.attractor import pieces_in_chunks, points_in_chunks
+from ifs.orbits.chaos import _alias, given_weights, points, weights
+from ifs.orbits.walk import _next
 
 FERN = """fern {
   0    0    0    .16 0 0   .01

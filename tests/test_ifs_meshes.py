@@ -10,8 +10,8 @@ import pytest
 import ifs
 import subdivision
 from automata.consistency import require_consistency
-from ifs.control_mesh import smooth, surface
-from ifs.polygon_mesh import WrongMesh, polygon_mesh
+from ifs.surfaces.control_mesh import smooth, surface
+from ifs.surfaces.polygon_mesh import WrongMesh, polygon_mesh
 from subdivision.schemes import catmull_clark, doo_sabin, patches
 
 SCHEMES = {"catmull-clark": catmull_clark.SCHEME, "doo-sabin": doo_sabin.SCHEME}

@@ -10,12 +10,12 @@ import automata
 import ifs
 import subdivision
 from automata.topology import Topology
-from ifs.alike import DifferentGluing, alike, factor, same_partition
-from ifs.basis import basis
-from ifs.mixed_surface import BordersApart, between
-from ifs.mixing import mixed, projected, rational
-from ifs.modulation import combined, modulated
-from ifs.parallel import times, together
+from ifs.dimensions.alike import DifferentGluing, alike, factor, same_partition
+from ifs.mixtures.basis import basis
+from ifs.mixtures.mixed_surface import BordersApart, between
+from ifs.mixtures.mixing import mixed, projected, rational
+from ifs.mixtures.modulation import combined, modulated
+from ifs.mixtures.parallel import times, together
 from subdivision.schemes import (
     b_spline,
     bezier,

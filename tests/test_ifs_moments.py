@@ -9,10 +9,10 @@ import pytest
 
 import ifs
 from automata import parse_text
-from ifs.areas import NoArea, area, area_form, swept_area
-from ifs.chains import NoChain
-from ifs.moments import WrongProbabilities, barycentric_moments, moments
-from ifs.operators import operators
+from ifs.measures.areas import NoArea, area, area_form, swept_area
+from ifs.measures.chains import NoChain
+from ifs.measures.moments import WrongProbabilities, barycentric_moments, moments
+from ifs.measures.operators import operators
 from subdivision.schemes import b_spline, hilbert, koch
 
 F = Fraction

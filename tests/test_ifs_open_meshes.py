@@ -10,8 +10,8 @@ from scipy.interpolate import BSpline
 
 import subdivision
 from automata.consistency import require_consistency
-from ifs.control_mesh import Region, smooth, surface
-from ifs.polygon_mesh import WrongMesh
+from ifs.surfaces.control_mesh import Region, smooth, surface
+from ifs.surfaces.polygon_mesh import WrongMesh
 from ifs.uniform import uniform
 from subdivision.schemes import catmull_clark, doo_sabin
 

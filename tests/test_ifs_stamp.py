@@ -12,9 +12,9 @@ import ifs
 from automata import AutomatonError, Figure, builtin_names, parse_text, read
 from ifs import complex as complex_module
 from ifs import stencil
-from ifs.control_mesh import surface
 from ifs.stamp import stamped, supports
 from ifs.stencil import Stencils
+from ifs.surfaces.control_mesh import surface
 from ifs.template import NotStamped, Templates
 
 SHAPES = {name: ifs.shape(name) for name in builtin_names()}

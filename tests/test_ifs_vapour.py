@@ -10,10 +10,11 @@ from scipy.spatial import KDTree
 from scipy.spatial.distance import directed_hausdorff
 
 import ifs
-from ifs.condensation import coverage, median_cells
-from ifs.density import density, sampled
-from ifs.grid import Grid, TooManyCells, WrongGrid, grid_around
-from ifs.median_sets import (
+from ifs.measures.density import density, sampled
+from ifs.measures.grid import Grid, TooManyCells, WrongGrid, grid_around
+from ifs.measures.moments import WrongProbabilities, moments
+from ifs.medians.condensation import coverage, median_cells
+from ifs.medians.median_sets import (
     EmptySet,
     hausdorff_distance,
     left_median,
@@ -21,9 +22,8 @@ from ifs.median_sets import (
     right_median,
     turned_median,
 )
-from ifs.moments import WrongProbabilities, moments
-from ifs.nearest_cells import nearest_cells
-from ifs.perturbed import largest_move, perturbed
+from ifs.medians.nearest_cells import nearest_cells
+from ifs.medians.perturbed import largest_move, perturbed
 
 
 def corners(tmp_path, scale):

@@ -14,7 +14,7 @@ import ifs
 import subdivision
 from automata.consistency import require_consistency
 from automata.topology import Topology
-from ifs.dimension import similarity_dimension
+from ifs.dimensions.dimension import similarity_dimension
 from ifs.shape import system
 from subdivision.schemes import (
     b_spline,

@@ -19,7 +19,7 @@ from jaxtyping import Float
 from automata.automaton import Word
 from automata.topology import Topology, embedding
 from export.step.frames import QuadFrame, SegmentFrame, quad_frame, segment_frame
-from ifs.bounds import sample
+from ifs.certificates.bounds import sample
 from ifs.system import State, System
 
 Grid = Float[np.ndarray, "_points _u _v"]

@@ -16,8 +16,8 @@ from export.step.leaves import leaves
 from export.step.polynomial import Limits
 from export.step.solids import is_valid, solid_or_shell, volume
 from ifs.complex import Complex, initial
-from ifs.control_mesh import Surface
 from ifs.shape import Shape
+from ifs.surfaces.control_mesh import Surface
 
 MOST_FACETS = 5000
 

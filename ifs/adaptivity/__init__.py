@@ -1,0 +1,1 @@
+"""Meshes that are fine only where they must be."""

@@ -1,0 +1,1 @@
+"""How far an attractor reaches, and the proof that it exists."""

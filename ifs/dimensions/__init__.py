@@ -1,0 +1,1 @@
+"""Sizes of pieces: dimensions, parametrisations, and systems with the same gluing."""

@@ -1,0 +1,1 @@
+"""Control points and coefficients from data."""

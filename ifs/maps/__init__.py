@@ -1,0 +1,1 @@
+"""Affine and projective maps, and the plain systems that they make."""

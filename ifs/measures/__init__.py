@@ -1,0 +1,1 @@
+"""Invariant measures: moments, areas, densities."""

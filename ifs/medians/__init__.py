@@ -1,0 +1,1 @@
+"""Sets between sets, and the clouds that they become."""

@@ -1,0 +1,1 @@
+"""Shapes that are blends of others."""

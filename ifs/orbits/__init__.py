@@ -1,0 +1,1 @@
+"""Points of an attractor: by chance, by depth, by address."""

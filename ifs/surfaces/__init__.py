@@ -1,0 +1,1 @@
+"""The limit surfaces of control meshes."""

@@ -1,0 +1,1 @@
+"""Points at parameters, tangents and normals of limit surfaces and curves."""
