@@ -42,7 +42,8 @@ def info(file: File, set_: Settings = None, as_json: AsJson = False) -> None:
     """Show cells, convergence with its proof, bounds in mm and the similarity dimension.
 
     JSON: name, shape, cells (name to points, subdivision, boundary), values, convergence (verdict, lower,
-    upper, cell, word), bounds_mm (low, high), and dimension where all maps are similarities.
+    upper, cell, word), bounds_mm (low, high), and dimension where all maps are similarities, otherwise
+    dimension_at_most.
     """
     from bcifs.facts import facts, facts_text
     from ifs import require_contraction

@@ -6,6 +6,7 @@ from typing import Any
 import numpy as np
 
 from ifs import Shape, bounding_box, convergence
+from ifs.dimensions.affinity import affinity_bound
 from ifs.dimensions.dimension import similarity_dimension
 
 
@@ -13,7 +14,7 @@ def facts(shape: Shape) -> dict[str, Any]:
     """Cells, values, convergence, bounds and dimension as plain data.
 
     `bounds_mm` (a box that contains the attractor) is left out for a system without a proof of convergence,
-    `dimension` where the maps are no similarities.
+    `dimension` where the maps are no similarities: `dimension_at_most` then bounds it.
 
     >>> from ifs import shape
     >>> facts(shape("sierpinski-triangle"))["cells"]["triangle"]["points"]
@@ -47,6 +48,8 @@ def facts(shape: Shape) -> dict[str, Any]:
         dimension = similarity_dimension(shape)
         if dimension is not None:
             result["dimension"] = dimension
+        else:
+            result["dimension_at_most"] = affinity_bound(shape)
     return result
 
 
@@ -66,6 +69,8 @@ def facts_text(found: dict[str, Any]) -> str:
         rows.append(("bounds", _box(found["bounds_mm"]["low"], found["bounds_mm"]["high"]) + " mm"))
     if "dimension" in found:
         rows.append(("dimension", f"{found['dimension']:.12g} (similarity dimension)"))
+    if "dimension_at_most" in found:
+        rows.append(("dimension", f"at most {found['dimension_at_most']:.6g} (affinity dimension)"))
     width = max(len(title) for title, _ in rows)
     return "\n".join(f"{title:<{width}}  {text}" for title, text in rows)
 

@@ -10,9 +10,9 @@ import ifs
 from automata import parse_text
 from ifs.certificates.balls import ball, smallest_ball
 from ifs.certificates.hausdorff import control_figures, hausdorff_error
-from ifs.certificates.openset import content, open_set
 from ifs.certificates.supports import grid_directions, hull
 from ifs.dimensions.gluing import gluing, vertex_address
+from ifs.dimensions.openset import content, open_set
 from ifs.dimensions.parametrisation import Parametrisation, WrongRatios, parametrisation
 from ifs.shape import Shape
 from ifs.system import State, System

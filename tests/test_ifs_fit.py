@@ -9,8 +9,8 @@ from scipy.interpolate import make_lsq_spline
 
 import ifs
 from automata.expression import parse
-from ifs.fitting.fit import fit_control, fit_curve, project
-from ifs.fitting.fit_family import fit_family, operators
+from ifs.fitting.control import fit_control, fit_curve, project
+from ifs.fitting.family import fit_family, operators
 from ifs.mixtures.basis import basis
 from subdivision.schemes import b_spline, bezier, corner_cutting, de_rham, takagi, tensor
 

@@ -14,9 +14,9 @@ from automata.fractint import fractint_ifs
 from automata.language import forbidding, restricted
 from automata.turtle import lsystem_automaton
 from ifs.dimensions.dimension import similarity_dimension
+from ifs.maps.homogeneous import NoContraction, contraction, projective_points
 from ifs.maps.maps import Map, affine, projective, similarity
 from ifs.maps.plain import from_maps, maps_of
-from ifs.maps.projective import NoContraction, contraction, projective_points
 from ifs.measures.moments import WrongProbabilities, moments
 from ifs.orbits.attractor import pieces_in_chunks, points_in_chunks
 from ifs.orbits.chaos import _alias, given_weights, points, weights

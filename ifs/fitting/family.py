@@ -17,7 +17,7 @@ import subdivision
 from automata import Automaton
 from automata.topology import Topology
 from ifs.certificates.convergence import Convergence, convergence
-from ifs.fitting.fit import fit_control
+from ifs.fitting.control import fit_control
 from ifs.mixtures.basis import basis
 from ifs.shape import Shape, shape
 from ifs.tangency.frames import Frame, frames
