@@ -1,0 +1,135 @@
+"""Trees from arrays, cells and Morton keys, and back."""
+
+from collections.abc import Sequence
+
+import numpy as np
+from jaxtyping import Bool, Real, UInt64
+
+from trees.cube import Cube, unit_cube
+from trees.errors import TooManyPieces, TreeError
+from trees.morton import cells_of_keys, check_widths, keys_of_cells
+from trees.runs import black_runs, tree_of_runs
+from trees.tree import Tree
+
+MAX_CELLS = 2**34
+
+
+def from_array(array: np.ndarray, cube: Cube | None = None) -> Tree:
+    """The true cells of an array of side `2^bits` on each axis; axis i of it is axis i of the cube.
+
+    The cube is the unit cube unless given. Raises `TreeError` where the sides are unequal or no power of
+    two, or where the entries are not Booleans.
+
+    >>> from_array(np.array([[True, False], [False, False]]))
+    <Tree: dimension 2, 1 bits an axis, 1 cells, cube of 1.0 at (0.0, 0.0)>
+    """
+    array = np.asarray(array)
+    if array.dtype != np.bool_:
+        raise TreeError(f"an array of {array.dtype}: Booleans are needed")
+    if array.ndim == 0 or len(set(array.shape)) > 1 or array.shape[0].bit_count() != 1:
+        raise TreeError(f"an array of shape {array.shape}: equal sides, a power of two, are needed")
+    dimension, bits = array.ndim, array.shape[0].bit_length() - 1
+    levels = array.reshape((2,) * (dimension * bits))
+    order = [axis * bits + level for level in range(bits) for axis in range(dimension)]
+    packed = np.packbits(levels.transpose(order).ravel(), bitorder="little")
+    octets = np.zeros(-(-packed.size // 8) * 8, dtype=np.uint8)
+    octets[: packed.size] = packed
+    words = octets.view("<u8").astype(np.uint64)
+    new = np.append(True, words[1:] != words[:-1])
+    starts = np.flatnonzero(new).astype(np.uint64)
+    return Tree(_cube(cube, dimension), bits, starts, words[new])
+
+
+def to_array(tree: Tree) -> Bool[np.ndarray, "..."]:
+    """The array that `from_array` reads, of shape `(2^bits,) * dimension`.
+
+    Raises `TooManyPieces` above 2^34 cells.
+
+    >>> to_array(from_points([[1, 0]], bits=1)).tolist()
+    [[False, False], [True, False]]
+    """
+    if tree.depth > 34:
+        raise TooManyPieces(2**tree.depth, MAX_CELLS)
+    words = np.repeat(tree.words, tree.lengths.astype(np.int64)).astype("<u8")
+    flags = np.unpackbits(words.view(np.uint8), count=2**tree.depth, bitorder="little")
+    order = [level * tree.dimension + axis for axis in range(tree.dimension) for level in range(tree.bits)]
+    levels = flags.reshape((2,) * tree.depth).transpose(order)
+    return levels.reshape((2**tree.bits,) * tree.dimension).astype(bool)
+
+
+def from_points(
+    cells: Real[np.ndarray, "cells dim"] | Sequence[Sequence[int]], bits: int, cube: Cube | None = None
+) -> Tree:
+    """The cells with these integer coordinates in `[0, 2^bits)`, in any order, repeated or not.
+
+    The cube is the unit cube unless given. Raises `TreeError` with the row and the axis where a
+    coordinate is outside, `KeyTooWide` where `dimension * bits > 64`.
+
+    >>> len(from_points([[1, 2, 3], [0, 0, 0], [1, 2, 3]], bits=2))
+    2
+    """
+    rows = np.asarray(cells)
+    if rows.ndim != 2 or rows.shape[1] == 0:
+        raise TreeError(f"points of shape {rows.shape}: (points, dimension) is needed")
+    if rows.size == 0:
+        rows = rows.astype(np.uint64)
+    if not np.issubdtype(rows.dtype, np.integer):
+        raise TreeError(f"points of {rows.dtype}: integers are needed; `from_reals` takes points in mm")
+    return from_morton(keys_of_cells(rows, bits), _cube(cube, rows.shape[1]), bits)
+
+
+def from_morton(keys: Real[np.ndarray, " keys"], cube: Cube, bits: int) -> Tree:
+    """The cells with these Morton keys, in any order, repeated or not.
+
+    Raises `TreeError` with the row where a key is outside `[0, 2^(dimension * bits))`.
+
+    >>> list(from_morton(np.array([2, 15]), unit_cube(2), bits=2))
+    [(1, 0), (3, 3)]
+    """
+    check_widths(cube.dimension, bits)
+    if keys.size and not np.issubdtype(keys.dtype, np.integer):
+        raise TreeError(f"keys of {keys.dtype}: integers are needed")
+    depth = cube.dimension * bits
+    outside = (keys < 0) | (keys > np.uint64(2**depth - 1))
+    if outside.any():
+        row = int(np.argmax(outside))
+        raise TreeError(f"key {row} is {keys[row]}, outside 0 to {2**depth - 1}")
+    rising = np.unique(keys.astype(np.uint64))
+    jumps = rising[1:] - rising[:-1] > np.uint64(1)
+    lows = rising[np.append(np.ones(min(rising.size, 1), bool), jumps)]
+    highs = rising[np.append(jumps, np.ones(min(rising.size, 1), bool))]
+    return tree_of_runs((lows, highs), cube, bits)
+
+
+def to_morton(tree: Tree) -> UInt64[np.ndarray, " cells"]:
+    """The Morton keys of the black cells, in rising order.
+
+    Raises `TooManyPieces` above 2^28 cells.
+
+    >>> to_morton(from_points([[3, 3], [1, 0]], bits=2)).tolist()
+    [2, 15]
+    """
+    if tree.count > 2**28:
+        raise TooManyPieces(tree.count, 2**28)
+    lows, highs = black_runs(tree)
+    sizes = (highs - lows).astype(np.int64) + 1
+    begin = np.cumsum(sizes) - sizes
+    steps = np.arange(int(sizes.sum())) - np.repeat(begin, sizes)
+    return np.repeat(lows, sizes) + steps.astype(np.uint64)
+
+
+def to_points(tree: Tree) -> UInt64[np.ndarray, "cells dim"]:
+    """The black cells in Morton order, by their integer coordinates.
+
+    >>> to_points(from_points([[3, 3], [1, 0]], bits=2)).tolist()
+    [[1, 0], [3, 3]]
+    """
+    return cells_of_keys(to_morton(tree), tree.dimension, tree.bits)
+
+
+def _cube(cube: Cube | None, dimension: int) -> Cube:
+    if cube is None:
+        return unit_cube(dimension)
+    if cube.dimension != dimension:
+        raise TreeError(f"a cube of dimension {cube.dimension} for data of dimension {dimension}")
+    return cube
