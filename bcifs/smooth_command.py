@@ -7,7 +7,7 @@ from typing import Annotated, Literal
 import typer
 
 from bcifs.options import Depth, Tolerance
-from bcifs.output import check_output, writing
+from bcifs.output import WrongOutput, check_output, writing
 from bcifs.progress import reporting
 
 ENDINGS = (".obj", ".ply", ".stl", ".3mf", ".step", ".png")
@@ -49,12 +49,18 @@ def smooth(
     from export.control_files import read_control_mesh
     from ifs.surfaces.control_mesh import surface
     from ifs.surfaces.creases import creases_by_angle
+    from ifs.surfaces.polygon_mesh import WrongMesh
 
+    if Path(output).exists() and Path(output).samefile(mesh):
+        raise WrongOutput(f"{output}: this is the control mesh itself; name another file")
     vertices, faces = read_control_mesh(mesh)
     creases = {}
-    if crease_angle is not None:
-        creases = dict.fromkeys(creases_by_angle(vertices, faces, crease_angle), sharpness)
-    found = surface(vertices, faces, scheme, boundary=boundary, creases=creases)
+    try:
+        if crease_angle is not None:
+            creases = dict.fromkeys(creases_by_angle(vertices, faces, crease_angle), sharpness)
+        found = surface(vertices, faces, scheme, boundary=boundary, creases=creases)
+    except WrongMesh as error:
+        raise WrongMesh(f"{mesh} (vertices and faces counted from 0): {error}", None) from None
     recipe = {"Source": Path(mesh).name, "Scheme": scheme, "Boundary": boundary or "none"}
     if creases:
         recipe |= {"Creases": str(len(creases)), "Sharpness": str(sharpness)}
@@ -72,6 +78,17 @@ def smooth(
         )
     sizes = f"{len(made.mesh.vertices)} vertices, {len(made.mesh.faces)} {made.kind} at depth {made.depth}"
     typer.echo(f"{output}: {sizes}")
+
+
+def _require_outward(mesh, output: str) -> None:
+    """A closed mesh is not written inside out."""
+    if Path(output).suffix.lower() in (".png", ".obj"):
+        return
+    found = mesh.to_trimesh()
+    if found.is_watertight and found.volume < 0:
+        raise WrongOutput(f"{output}: the surface is inside out: turn the faces of the control mesh over")
+    if not found.is_watertight:
+        typer.echo(f"{output}: an open surface; to print it, give it a thickness", err=True)
 
 
 def _write(mesh, output: str, recipe: dict[str, str]) -> None:

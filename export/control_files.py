@@ -77,27 +77,20 @@ def _index(word: str, count: int) -> int:
 
 
 def _read_ply(place: Path) -> tuple[np.ndarray, Polygons]:
-    if not place.read_bytes()[:3] == b"ply":
-        raise UnreadableMesh(f"{place}: this is no PLY file")
-    from pyvista import wrap
-    from vtkmodules.vtkCommonCore import vtkObject
-    from vtkmodules.vtkIOPLY import vtkPLYReader
+    from plyfile import PlyData, PlyParseError
 
-    shown = vtkObject.GetGlobalWarningDisplay()
-    vtkObject.SetGlobalWarningDisplay(0)  # what is wrong is said in our own words
     try:
-        reader = vtkPLYReader()
-        reader.SetFileName(str(place))
-        reader.Update()
-    finally:
-        vtkObject.SetGlobalWarningDisplay(shown)
-    found = wrap(reader.GetOutput())
-    cells = np.asarray(found.faces).tolist()
-    faces, start = [], 0
-    while start < len(cells):
-        faces.append(cells[start + 1 : start + 1 + cells[start]])
-        start += 1 + cells[start]
-    return np.asarray(found.points, dtype=float).reshape(-1, 3), faces
+        found = PlyData.read(str(place))
+        vertex, face = found["vertex"].data, found["face"]
+        vertices = np.stack([np.asarray(vertex[axis], dtype=float) for axis in "xyz"], axis=1)
+        (corners,) = (
+            prop.name for prop in face.properties if prop.name in ("vertex_indices", "vertex_index")
+        )
+        faces = [[int(corner) for corner in around] for around in face.data[corners]]
+    except (PlyParseError, KeyError, ValueError, MemoryError, EOFError, UnicodeDecodeError) as error:
+        reason = f"{error}" or type(error).__name__
+        raise UnreadableMesh(f"{place}: this is no PLY file with vertices and faces ({reason})") from error
+    return vertices, faces
 
 
 def _read_stl(place: Path) -> tuple[np.ndarray, Polygons]:

@@ -4,7 +4,7 @@ Source: Gentil 2010, section 4.3.1, "Cartographie des comportements différentie
 Three corrections to its text, for corner cutting with c = 1 - a - b:
 
 - "1 - a - b dominates both operators" is `1 - 2a - b > 0 and 1 - a - 2b > 0`; one sentence has < twice.
-- The condition |a|, |b|, |c| < 1 is necessary for convergence, not sufficient (`ifs.verdicts`).
+- The condition |a|, |b|, |c| < 1 is necessary for convergence, not sufficient (`ifs.certificates.verdicts`).
 - That the dominant eigenvalue is positive follows from |b| < 1 by c^2 - a^2 = (1 - b)(1 - 2a - b): where c
   dominates T_0, also c > a; where a does, also a > c.
 """

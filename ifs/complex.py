@@ -103,7 +103,9 @@ def refine_traced(complex_: Complex) -> tuple[Complex, Callable[[str, str, Ids],
 
 
 def refined(complex_: Complex, depth: int) -> Complex:
-    """`depth` subdivisions."""
+    """`depth` subdivisions. Raises `ValueError` for a negative number of them."""
+    if depth < 0:
+        raise ValueError(f"the depth is 0 or more, found {depth}")
     for _ in range(depth):
         complex_ = refine(complex_)
     return complex_

@@ -38,7 +38,7 @@ class Shape:
 
 def shape(
     source: Automaton | str | PathLike[str],
-    values: Mapping[str, Fraction] | None = None,
+    values: Mapping[str, Fraction | int | float | str] | None = None,
     control: Real[np.ndarray, "points dim"] | None = None,
 ) -> Shape:
     """The shape of an automaton, a file or a built-in name, ready to be evaluated.

@@ -89,8 +89,8 @@ def stamped(complex_: Complex, depth: int, stencils: Stencils | None = None) -> 
     >>> found.located(5)
     ('edge', 0, ('1', '0', '1'))
     """
-    if depth < 0:
-        raise ValueError(f"the depth is 0 or more, found {depth}")
+    if not isinstance(depth, int | np.integer) or depth < 0:
+        raise ValueError(f"the depth is a whole number, 0 or more, found {depth!r}")
     stencils = stencils or Stencils(Templates(complex_.topology), complex_.system)
     templates = stencils.templates
     borders = {state: _borders(complex_, templates, state, depth) for state in complex_.control}

@@ -1,11 +1,15 @@
 """The mesh of a shape, or of any complex, after the same number of subdivisions everywhere."""
 
+import numpy as np
+
 from ifs.complex import Complex, initial, refined
 from ifs.drawing import draw
 from ifs.mesh import Mesh
 from ifs.shape import Shape
 from ifs.stamp import stamped, supports
 from ifs.stencil import Stencils
+
+DEEPEST = 64
 
 
 def mesh(shape: Shape, depth: int) -> Mesh:
@@ -35,8 +39,13 @@ def uniform(complex_: Complex, depth: int, stencils: Stencils | None = None) -> 
     >>> uniform(initial(curve.topology, curve.system, curve.control), 1).faces.shape
     (120, 4)
     """
-    if depth < 0:
-        raise ValueError(f"the depth is 0 or more, found {depth}")
+    require_depth(depth)
     if supports(complex_, depth):
         return stamped(complex_, depth, stencils).mesh
     return draw(refined(complex_, depth))
+
+
+def require_depth(depth: int) -> None:
+    """Raise `ValueError` for a depth that is no whole number from 0 to 64."""
+    if not isinstance(depth, int | np.integer) or not 0 <= depth <= DEEPEST:
+        raise ValueError(f"the depth is a whole number, 0 to {DEEPEST}, found {depth!r}")

@@ -21,6 +21,10 @@ Forms = tuple[tuple[Form, ...], ...]
 _ENTRY = re.compile(r"(.+)\.([^.\[\]]+)\[(\d{1,9}),\s*(\d{1,9})\]")
 
 
+Given = Fraction | int | float | str | Expression
+"""A value as users give it."""
+
+
 @dataclass(frozen=True)
 class Parameter:
     """A degree of freedom: the name it goes by, and the entry whose value it is."""
@@ -66,7 +70,7 @@ class Solution:
         """
         return len(self.free)
 
-    def with_values(self, values: Mapping[str, Fraction | Expression]) -> "Solution":
+    def with_values(self, given: Mapping[str, Given]) -> "Solution":
         """The members of the family in which entries or parameters have the given values.
 
         A key is a parameter's name (`a`), an entry (`edge.0[1,0]`) or a parameter of the description (`u`);
@@ -74,6 +78,7 @@ class Solution:
         A value may be an expression in the description's parameters. Raises `WrongValue` for a key that
         names nothing, or a value that the constraints or the earlier values exclude.
         """
+        values = exact_values(given)
         described = set(parameter_names(self.automaton))
         named = {key: value for key, value in values.items() if key in described}
         rest = {key: value for key, value in values.items() if key not in described}
@@ -81,8 +86,8 @@ class Solution:
             return self._described(named).with_values({**self.chosen, **rest})
         system = LinearSystem(len(self.parameters))
         system.require(_equals(i, form) for i, form in self.fixed.items())
-        for key, given in rest.items():
-            value = self._value(key, given)
+        for key, chosen in rest.items():
+            value = self._value(key, chosen)
             form = system.reduce(self.form(key))
             if set(form) <= {CONSTANT} and form.get(CONSTANT, 0) != value:
                 forced = text_of(simple(form.get(CONSTANT, Fraction(0))))
@@ -182,6 +187,23 @@ class Solution:
             return f"no sub-cell {label!r}{suggestion(label, self.operators[cell])}"
         rows = self.operators[cell][label]
         return f"the matrix is {len(rows)} by {len(rows[0])}, counted from 0"
+
+
+def exact_values(given: Mapping[str, Given]) -> dict[str, Fraction | Expression]:
+    """The values as exact numbers; a float stands for the binary fraction that it is.
+
+    Raises `WrongValue` for a text that is no number, and for infinity and NaN.
+    """
+    values: dict[str, Fraction | Expression] = {}
+    for key, value in given.items():
+        if not isinstance(value, int | float | str | Fraction):
+            values[key] = value
+            continue
+        try:
+            values[key] = Fraction(value)
+        except (ValueError, OverflowError, ZeroDivisionError):
+            raise WrongValue(f"{key} = {value!r}: expected a finite number such as 1/4") from None
+    return values
 
 
 def _exact(form: Form) -> Form:

@@ -32,7 +32,8 @@ def bounding_box(shape: Shape, tolerance: float = 1e-3) -> tuple[Corner, Corner]
     """
     search = _Search(shape.system, bounds(shape.system), sample(shape.system))
     low, high = extent(search.boxes[shape.system.shape], shape.control[None])
-    slack = tolerance * float((high - low).max())
+    rounding = 64 * np.finfo(float).eps * len(shape.control) * float(np.abs(shape.control).max())
+    slack = max(tolerance * float((high - low).max()), rounding)  # an attractor may be a single point
     tops = [search.reach(column, slack) for column in shape.control.T]
     bottoms = [-search.reach(-column, slack) for column in shape.control.T]
     return np.array(bottoms), np.array(tops)

@@ -131,6 +131,13 @@ def require_contraction(system: System, budget: float = BUDGET, tolerance: float
     raise Undecided(found.cell, found.word, found.lower, found.upper, budget)
 
 
+def require_no_growth(system: System) -> None:
+    """Raise `NotContracting` for a system that is proved not to contract; say nothing of undecided ones."""
+    found = convergence(system)
+    if found.verdict == "does not contract" and found.cell is not None:
+        raise NotContracting(found.cell, found.word, found.lower ** len(found.word))
+
+
 def _component(
     system: System, cells: tuple[str, ...], budget: float, tolerance: float
 ) -> tuple[Component, float]:

@@ -130,7 +130,7 @@ def _shrinks(linear: Stack, longest: int, most: int) -> Bool[np.ndarray, "member
 
 
 def _in_good_norms(linear: Stack) -> Stack:
-    """`R L R^-1` with R from the iteration of `ifs.ellipsoids`, at one weight; R has condition below 1e3."""
+    """`R L R^-1` with R from the iteration of `ellipsoids`, at one weight; R has condition below 1e3."""
     count, _, size, _ = linear.shape
     plain = (np.eye(size) + 1.0) / (2.0 * size)
     forms = np.broadcast_to(plain, (count, size, size)).copy()

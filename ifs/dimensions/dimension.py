@@ -47,7 +47,7 @@ def dimension(shape: Shape) -> Dimension:
     """The similarity dimension where pieces are scaled copies, else an upper bound of the box dimension.
 
     The similarity dimension is the Hausdorff and the box dimension under the open set condition (see
-    `ifs.openset`); without it, it is an upper bound. Raises `NotContracting` or `Undecided`.
+    `ifs.dimensions.openset`); without it, it is an upper bound. Raises `NotContracting` or `Undecided`.
 
     >>> from ifs.shape import shape
     >>> dimension(shape("koch-curve")).kind, round(dimension(shape("koch-curve")).value, 12)
@@ -83,7 +83,7 @@ def similarity(shape: Shape) -> Similarity | None:
     """The ratios of all pieces, where each is a scaled copy; None where one is not.
 
     What is compared is the attractors, not the control points: with K_y points that span the attractor of y
-    (`ifs.spans`), a similarity of space must carry `K_y^T P_y`, those points in the first piece of cell y, to
+    (`spans`), a similarity of space must carry `K_y^T P_y`, those points in the first piece of cell y, to
     `K_y^T T_i^T P_x` for every label i from x to y. Then it carries the whole attractor, whatever the control
     points that do not act on it. The comparison is made to 9 digits.
 

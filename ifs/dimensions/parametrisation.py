@@ -126,7 +126,7 @@ def parametrisation(shape: Shape, ratios: Mapping[str, Number] | None = None) ->
     """The parametrisation of a curve that is cut into copies of itself.
 
     By default `r_i = |lambda_i|^(1/alpha)`, with lambda_i the eigenvalue of largest modulus of the linear
-    part of piece i on the span of the attractor, and alpha the critical order (`ifs.order`). With given
+    part of piece i on the span of the attractor, and alpha the critical order (`order`). With given
     ratios, one for each label, these. Raises `NoChain` for what is no such curve, `WrongRatios`, `ValueError`
     where a default lambda_i is 0, `NotContracting` or `Undecided`. Source: Gentil 2010, theorem 4.2.1.
 

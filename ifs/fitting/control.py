@@ -1,6 +1,6 @@
 """Control points from samples: linear least squares, and parameters found by projection.
 
-At known parameters a shape is linear in its control points, `Y = B P + noise`, B of `ifs.basis`; what the
+At known parameters a shape is linear in its control points, `Y = B P + noise`, B of `basis`; what the
 data leave open shows in the singular values of B. Without parameters, each sample takes that of the nearest
 point, and both are improved in turn: no step makes the sum of squares larger.
 """

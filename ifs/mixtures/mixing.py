@@ -11,7 +11,7 @@ certificates, meshes, voxels and files need nothing new. Source: Gentil 2010, §
 attractor is not one of an IFS: in modelling space it is none, in this space it is.
 
 The source blends operators, `T_i^mu = sum_k mu_k(s) T_i^k` with the weights of the point sought; that is
-`ifs.modulation`. Both agree where a weight is 1, and wherever all shapes are the same.
+`ifs.mixtures.modulation`. Both agree where a weight is 1, and wherever all shapes are the same.
 """
 
 from collections.abc import Sequence

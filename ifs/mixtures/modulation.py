@@ -62,7 +62,7 @@ def modulated(shapes: Sequence[Shape], blend: Shape, depth: int) -> Mesh:
         `p(s) = P^mu lim T_s1^mu T_s2^mu … T_sn^mu p`,    `mu = mu(s)`,
 
     mu(s) the point of `blend`, whose control points are `(points, shapes)`, rows that sum to 1. The weights
-    of a point are frozen in all its operators; `ifs.mixing` blends the points instead. Both meet where a
+    of a point are frozen in all its operators; `mixing` blends the points instead. Both meet where a
     weight is 1. The mesh, in mm, shares the vertices of the gluing: two addresses of one vertex have the same
     weights, and the gluing holds for each choice of them.
 

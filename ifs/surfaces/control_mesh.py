@@ -11,13 +11,14 @@ from jaxtyping import Float, Int
 import subdivision
 from automata import Automaton
 from automata.topology import Topology
+from ifs.certificates.convergence import require_no_growth
 from ifs.complex import Complex
 from ifs.mesh import Mesh
 from ifs.patchwork import patchwork
 from ifs.shape import system
 from ifs.surfaces.polygon_mesh import Pair, PolygonMesh, Polygons, polygon_mesh
 from ifs.surfaces.polygon_step import catmull_clark_step, doo_sabin_step, ribboned
-from ifs.uniform import uniform
+from ifs.uniform import require_depth, uniform
 from subdivision.schemes import catmull_clark, doo_sabin
 from subdivision.schemes.catmull_clark import Corner, Edge
 from subdivision.schemes.patches import Corners, Scheme, Star, automaton, cell_name, face_seen
@@ -146,7 +147,7 @@ def smooth(vertices: Any, faces: Polygons, depth: int, scheme: str = "catmull-cl
     """The conformal mesh of the limit surface of a control mesh, each patch in `4^depth` faces.
 
     Its vertices are limit points, exact to rounding at any depth. Arguments and errors as for `surface`; also
-    `ValueError` for a negative depth.
+    `ValueError` for a negative depth, and `NotContracting` for regions whose coefficients give no surface.
 
     >>> corners = [(x, y, z) for z in (0, 9) for y in (0, 9) for x in (0, 9)]
     >>> sides = [(0, 2, 3, 1), (4, 5, 7, 6), (0, 1, 5, 4), (2, 6, 7, 3), (0, 4, 6, 2), (1, 3, 7, 5)]
@@ -154,9 +155,11 @@ def smooth(vertices: Any, faces: Polygons, depth: int, scheme: str = "catmull-cl
     >>> len(ball.vertices), len(ball.faces)
     (386, 384)
     """
-    if depth < 0:
-        raise ValueError(f"the depth is 0 or more, found {depth}")
-    return uniform(surface(vertices, faces, scheme, **marks).complex(), depth)
+    require_depth(depth)
+    found = surface(vertices, faces, scheme, **marks).complex()
+    if marks.get("regions"):
+        require_no_growth(found.system)
+    return uniform(found, depth)
 
 
 def _numbers(rows: Sequence[Sequence[Any]]) -> tuple:

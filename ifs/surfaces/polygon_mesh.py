@@ -168,6 +168,8 @@ def _marks(
 
 def _polygon(face: Sequence[int] | np.ndarray) -> list[int]:
     corners = [int(corner) for corner in face]
+    if any(corner != given for corner, given in zip(corners, face, strict=True)):
+        raise WrongMesh(f"corners are whole numbers of vertices, found {list(face)}")
     while corners and corners[-1] == -1:
         corners.pop()
     return corners

@@ -27,7 +27,7 @@ def at(
     `pieces[i]` is the number of a piece among those of the cell. A quadrangle has its corners, in the order
     in which `draw` lists them, at (0, 0), (1, 0), (1, 1) and (0, 1); a triangle at (0, 0), (1, 0) and (0, 1),
     and u + v <= 1; a curve runs from 0 to 1. The digits of a parameter choose the sub-pieces:
-    `phi(t) = lim T_s1 T_s2 ... T_sk p`, as `ifs.frames` places them. The result is exact to rounding;
+    `phi(t) = lim T_s1 T_s2 ... T_sk p`, as `frames` places them. The result is exact to rounding;
     where no sub-piece lies (a hole of a fractal) it is NaN.
 
     Raises `NotParametrised` for cells that are no curves, triangles or quadrangles, and
