@@ -8,7 +8,10 @@ import numpy as np
 
 from automata import Automaton
 from bcifs.progress import silent
-from ifs import Complex, Mesh, Shape, initial, uniform
+from ifs import Complex, Mesh, Shape, bounding_box, initial, uniform
+from ifs import pieces as pieces_of
+from ifs.drawing import drawn_boxes
+from ifs.stamp import supports
 from ifs.stencil import Stencils
 from ifs.template import Templates
 
@@ -26,10 +29,16 @@ class TooDeep(ValueError):
 
 @dataclass(frozen=True)
 class Drawn:
-    """A mesh and the depth at which it was drawn."""
+    """A mesh and the depth at which it was drawn; or the size in mm below which its pieces are."""
 
     mesh: Mesh
     depth: int
+    size: float | None = None
+
+    @property
+    def detail(self) -> str:
+        """How fine it is, in words."""
+        return f"at depth {self.depth}" if self.size is None else f"in pieces below {self.size:.3g} mm"
 
     @property
     def kind(self) -> str:
@@ -65,7 +74,32 @@ def drawn(
         level += 1
         mesh = uniform(complex_, level, stencils)
         progress("subdivide", min(faces / ENOUGH, 1.0))
+    if isinstance(source, Shape) and not supports(complex_, level) and _is_uneven(mesh):
+        return _of_one_size(source, level)
     return Drawn(mesh, level)
+
+
+def _of_one_size(shape: Shape, level: int) -> Drawn:
+    """The boxes of pieces that are all about as large: maps may shrink at very different rates."""
+    low, high = bounding_box(shape)
+    size, best = float((high - low).max()), Drawn(drawn_boxes(low[None], high[None]), 0)
+    while size > FINE * (high - low).max():
+        size /= 1.5
+        found, count = [], 0
+        for part in pieces_of(shape.system, shape.control, size=size):
+            found.append(part)
+            count += len(part.lo)
+            if count > ENOUGH:
+                return best
+        boxes = drawn_boxes(np.concatenate([p.lo for p in found]), np.concatenate([p.hi for p in found]))
+        best = Drawn(boxes, level, size)
+    return best
+
+
+def _is_uneven(mesh: Mesh) -> bool:
+    """Whether some face is more than four times as long as another."""
+    sides = np.ptp(mesh.vertices[mesh.faces], axis=1).max(axis=1)
+    return bool(sides.max() > 4 * sides.min())
 
 
 def as_complex(source: Shape | Complex) -> Complex:

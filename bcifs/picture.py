@@ -38,7 +38,7 @@ def draw_shape(
     """
     made = drawn(shape, depth, progress)
     progress("draw", 0.0)
-    draw_mesh(made.mesh, path, recipe_of(shape, made.depth))
+    draw_mesh(made.mesh, path, recipe_of(shape, made.detail))
     progress("draw", 1.0)
     return made
 

@@ -30,7 +30,7 @@ def render(file: File, output: Picture, set_: Settings = None, depth: Depth = No
 
     with reporting() as progress, writing(output):
         drawn = draw_shape(shape, output, depth=depth, progress=progress)
-    typer.echo(f"{output}: {len(drawn.mesh.faces)} {drawn.kind} at depth {drawn.depth}")
+    typer.echo(f"{output}: {len(drawn.mesh.faces)} {drawn.kind} {drawn.detail}")
 
 
 def mesh(
@@ -59,7 +59,7 @@ def mesh(
 
     with reporting() as progress, writing(output):
         made = drawn(shape, depth, progress)
-        write_polygons(made.mesh, output, recipe(shape, made.depth))
+        write_polygons(made.mesh, output, recipe(shape, made.detail))
     typer.echo(f"{output}: {len(made.mesh.vertices)} vertices, {len(made.mesh.faces)} {made.kind}")
 
 

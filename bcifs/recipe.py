@@ -6,15 +6,15 @@ from importlib.metadata import version
 from ifs import Shape
 
 
-def recipe(shape: Shape, depth: int) -> dict[str, str]:
-    """Name, depth, the values that were set, and the version; no dates, so that runs give equal bytes.
+def recipe(shape: Shape, detail: str) -> dict[str, str]:
+    """Name, detail, the values that were set, and the version; no dates, so that runs give equal bytes.
 
     >>> from ifs import shape
-    >>> recipe(shape("corner-cutting"), 5)["Values"]
+    >>> recipe(shape("corner-cutting"), "at depth 5")["Values"]
     'edge.0[1,0] = 1/4, edge.0[0,1] = 1/4'
     """
     values = values_text(shape)
-    found = {"Name": shape.name, "Depth": str(depth), "Values": values}
+    found = {"Name": shape.name, "Detail": detail, "Values": values}
     return {key: value for key, value in found.items() if value} | {
         "Application": f"bcifs {version('bcifs')}"
     }

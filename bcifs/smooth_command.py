@@ -74,9 +74,9 @@ def smooth(
     with reporting() as progress, writing(output):
         made = drawn(found.complex(), depth, progress)
         _write(
-            made.mesh, output, recipe | {"Depth": str(made.depth), "Application": f"bcifs {version('bcifs')}"}
+            made.mesh, output, recipe | {"Detail": made.detail, "Application": f"bcifs {version('bcifs')}"}
         )
-    sizes = f"{len(made.mesh.vertices)} vertices, {len(made.mesh.faces)} {made.kind} at depth {made.depth}"
+    sizes = f"{len(made.mesh.vertices)} vertices, {len(made.mesh.faces)} {made.kind} {made.detail}"
     typer.echo(f"{output}: {sizes}")
 
 

@@ -153,6 +153,20 @@ def _own_figure(complex_: Complex, cell: Cell, control: np.ndarray) -> tuple[Pos
     return corners.reshape(count * each, dimension), table
 
 
+def drawn_boxes(lo: Positions, hi: Positions) -> Mesh:
+    """The mesh of boxes with the given lower and upper corners, `(boxes, dim)` in mm, which share nothing.
+
+    >>> drawn_boxes(np.zeros((1, 3)), np.ones((1, 3))).faces.shape
+    (6, 4)
+    """
+    count, dimension = lo.shape
+    choices = np.array([choice[::-1] for choice in product((0, 1), repeat=dimension)])
+    corners = np.where(choices[None] == 1, hi[:, None], lo[:, None])
+    faces = np.array(_BOX_FACES.get(dimension, tuple(pairwise(range(2**dimension)))))
+    table = (2**dimension * np.arange(count))[:, None, None] + faces
+    return Mesh(corners.reshape(-1, dimension), table.reshape(-1, faces.shape[1]))
+
+
 def _boxes(complex_: Complex, cell: Cell, control: np.ndarray) -> Float[np.ndarray, "pieces corners dim"]:
     lo, hi = extent(bounds(complex_.system)[cell.name], control)
     choices = [choice[::-1] for choice in product((0, 1), repeat=control.shape[2])]

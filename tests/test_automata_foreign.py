@@ -55,3 +55,8 @@ def test_the_command_line_reads_them(folder, capsys):
 def test_old_code_pages_do_not_matter(folder):
     (folder / "old.ifs").write_bytes(b"; \xb3 \xff\nHalf { .5 0 0 .5 0 0 1 }")
     assert automata.read(folder / "old.ifs").name == "Half"
+
+
+def test_maps_that_shrink_differently_are_drawn_in_pieces_of_one_size(folder, capsys):
+    assert main(["render", f"{folder}/some.ifs:fern", "-o", f"{folder}/fern.png"]) == 0
+    assert "in pieces below" in capsys.readouterr().out

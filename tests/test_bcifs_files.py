@@ -33,7 +33,7 @@ def test_an_obj_file_holds_the_mesh_to_the_last_digit(tmp_path, name):
     points, faces = parsed(path.read_text())
     assert (points == made.points_3d()).all()
     assert faces == made.faces.tolist()
-    assert "# Depth: 3" in path.read_text()
+    assert "# Detail: at depth 3" in path.read_text()
 
 
 def test_a_mesh_of_faces_in_the_binary_formats_has_shared_vertices(tmp_path):
@@ -93,7 +93,7 @@ def test_a_picture_of_a_curve_as_svg(tmp_path):
     drawing = re.search(r'stroke-width="[\d.]+" d="(M[^"]+)"', text)
     assert drawing
     assert len(re.findall("[ML]", drawing[1])) == 4**3 + 1
-    assert "Depth: 3" in text
+    assert "at depth 3" in text
 
 
 def test_a_picture_of_a_plane_shape_has_its_area_and_recipe(tmp_path):
