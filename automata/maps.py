@@ -6,7 +6,7 @@ from fractions import Fraction
 
 from automata.automaton import Cell, Rows
 from automata.document import Field
-from automata.expression import Number
+from automata.plain import barycentric
 
 Matrix = list[list[Fraction]]
 
@@ -48,9 +48,7 @@ def _barycentric(fields: Mapping[str, Field], dimension: int) -> Rows:
         factors = _scale(fields["scale"], dimension)
         linear = [[entry * factors[j] for j, entry in enumerate(row)] for row in linear]
     shift = _vector(fields["translation"], dimension)
-    columns = [shift] + [[shift[i] + linear[i][j] for i in range(dimension)] for j in range(dimension)]
-    full = [[1 - sum(column), *column] for column in columns]
-    return tuple(tuple(Number(column[i]) for column in full) for i in range(dimension + 1))
+    return barycentric(linear, shift)
 
 
 def _vector(field: Field, dimension: int) -> list[Fraction]:

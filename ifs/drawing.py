@@ -38,7 +38,7 @@ def draw(complex_: Complex) -> Mesh:
     for state, control in complex_.control.items():
         cell = topology.automaton.cells[state]
         corners = corner_paths(topology, state)
-        _check_figure(cell, len(corners))
+        check_figure(cell, len(corners))
         if uses_corners(cell, corners):
             faces.append(_corner_faces(complex_, cell, corners, start, vertices[0]))
         else:
@@ -46,7 +46,7 @@ def draw(complex_: Complex) -> Mesh:
             faces.append(np.where(table >= 0, table + total, -1))
             vertices.append(own)
             total += len(own)
-    return _without_unused(np.concatenate(vertices), _padded(faces))
+    return _without_unused(np.concatenate(vertices), padded(faces))
 
 
 def uses_corners(cell: Cell, corners: tuple[Word, ...]) -> bool:
@@ -55,7 +55,8 @@ def uses_corners(cell: Cell, corners: tuple[Word, ...]) -> bool:
     return len(corners) > 1 and (figure is None or not (figure.points or figure.kind == "box"))
 
 
-def _check_figure(cell: Cell, corners: int) -> None:
+def check_figure(cell: Cell, corners: int) -> None:
+    """Raise `AutomatonError` for a face on a corner that the cell has not."""
     figure = cell.figure
     if figure is None or figure.points or not figure.faces:
         return
@@ -115,7 +116,7 @@ def _corner_faces(
     stated = cell.figure.faces if cell.figure and cell.figure.faces else (tuple(range(len(corners))),)
     if cell.figure and cell.figure.kind == "segment":
         stated = ((0, len(corners) - 1),)
-    return _padded([table[:, list(face)] for face in stated])
+    return padded([table[:, list(face)] for face in stated])
 
 
 def vertex_column(
@@ -145,11 +146,11 @@ def _own_figure(complex_: Complex, cell: Cell, control: np.ndarray) -> tuple[Pos
         size = control.shape[1]
         faces = ((0, size - 1),) if cell.figure.kind == "segment" else (tuple(range(size)),)
     else:
-        corners = _boxes(complex_, cell, control)
+        corners = _box_corners(*extent(bounds(complex_.system)[cell.name], control))
         faces = _BOX_FACES.get(control.shape[2], tuple(pairwise(range(corners.shape[1]))))
     count, each, dimension = corners.shape
     base = each * np.arange(count)[:, None]
-    table = _padded([base + np.array(face) for face in faces])
+    table = padded([base + np.array(face) for face in faces])
     return corners.reshape(count * each, dimension), table
 
 
@@ -160,22 +161,20 @@ def drawn_boxes(lo: Positions, hi: Positions) -> Mesh:
     (6, 4)
     """
     count, dimension = lo.shape
-    choices = np.array([choice[::-1] for choice in product((0, 1), repeat=dimension)])
-    corners = np.where(choices[None] == 1, hi[:, None], lo[:, None])
+    corners = _box_corners(lo, hi)
     faces = np.array(_BOX_FACES.get(dimension, tuple(pairwise(range(2**dimension)))))
     table = (2**dimension * np.arange(count))[:, None, None] + faces
     return Mesh(corners.reshape(-1, dimension), table.reshape(-1, faces.shape[1]))
 
 
-def _boxes(complex_: Complex, cell: Cell, control: np.ndarray) -> Float[np.ndarray, "pieces corners dim"]:
-    lo, hi = extent(bounds(complex_.system)[cell.name], control)
-    choices = [choice[::-1] for choice in product((0, 1), repeat=control.shape[2])]
+def _box_corners(lo: Positions, hi: Positions) -> Float[np.ndarray, "boxes corners dim"]:
+    choices = [choice[::-1] for choice in product((0, 1), repeat=lo.shape[1])]
     return np.where(np.array(choices)[None] == 1, hi[:, None], lo[:, None])
 
 
-def _padded(tables: list[Int[np.ndarray, "_ _"]]) -> Faces:
-    """Tables of faces one after the other, the narrow ones filled up with -1."""
-    width = max(table.shape[1] for table in tables)
+def padded(tables: list[Int[np.ndarray, "_ _"]], width: int | None = None) -> Faces:
+    """Tables of faces one after the other, the narrow ones filled up with -1 to a width or the widest."""
+    width = width or max(table.shape[1] for table in tables)
     wide = [np.pad(t, ((0, 0), (0, width - t.shape[1])), constant_values=-1) for t in tables]
     return np.concatenate(wide)
 

@@ -10,9 +10,10 @@ from jaxtyping import Float, Int
 from automata.automaton import Word
 from automata.symmetry import inverse
 from ifs.complex import Complex, Ids, Seen
+from ifs.drawing import padded
 from ifs.mesh import Mesh
 from ifs.stencil import Stencils
-from ifs.template import NotStamped, Templates, padded
+from ifs.template import NotStamped, Templates
 
 Faces = Int[np.ndarray, "_faces _corners"]
 Positions = Float[np.ndarray, "_vertices dim"]

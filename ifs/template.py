@@ -17,10 +17,9 @@ import numpy as np
 from jaxtyping import Int
 
 from automata.automaton import Word
-from automata.error import AutomatonError
 from automata.symmetry import Permutation, compose
 from automata.topology import Topology
-from ifs.drawing import corner_paths, uses_corners
+from ifs.drawing import check_figure, corner_paths, padded, uses_corners
 
 Numbers = Int[np.ndarray, "_numbers"]
 Faces = Int[np.ndarray, "_faces _corners"]
@@ -168,7 +167,7 @@ class Templates:
             number[inner.own : -1] = own + np.arange(count)
             own += count
             parts.append(number[inner.faces])
-        return padded(parts, max(part.shape[1] for part in parts))
+        return padded(parts)
 
     def _lifted(self, cell: str, word: Word, depth: int, start: dict[Word, int]) -> Numbers:
         """The numbers, among the points of a cell, of those born in the cell that a word leads to."""
@@ -195,11 +194,8 @@ class Templates:
         stated = figure.faces if figure and figure.faces else (tuple(range(len(numbers))),)
         if figure and figure.kind == "segment":
             stated = ((0, len(numbers) - 1),)
-        most = max(max(face) for face in stated)
-        if most >= len(numbers):
-            message = f"a face names corner {most}; the cell has {len(numbers)}, counted from 0"
-            raise AutomatonError(message, path=("cells", cell, "figure"))
-        return padded([numbers[None, list(face)] for face in stated], max(map(len, stated)))
+        check_figure(description, len(numbers))
+        return padded([numbers[None, list(face)] for face in stated])
 
     # ---- addresses -------------------------------------------------------------------------------------
 
@@ -226,9 +222,3 @@ class Templates:
             inner = self.addresses(target, depth - 1)
             parts.append(np.pad(inner, ((0, 0), (1, 0)), constant_values=number))
         return np.concatenate(parts)
-
-
-def padded(tables: list[Faces], width: int) -> Faces:
-    """Tables of faces one after the other, all as wide as asked, the narrow ones filled up with -1."""
-    wide = [np.pad(t, ((0, 0), (0, width - t.shape[1])), constant_values=-1) for t in tables]
-    return np.concatenate(wide)

@@ -9,6 +9,7 @@ from jaxtyping import Float
 
 from ifs.certificates.bounds import sample
 from ifs.dimensions.spans import configurations
+from ifs.orbits import addresses
 from ifs.shape import Shape
 
 _SAME = 1e-9
@@ -87,28 +88,8 @@ def vertex_address(shape: Shape, cell: str, boundary: str) -> Address | None:
     >>> vertex_address(shape("koch-curve"), "edge", "right")
     ((), ('3',))
     """
-    cells = shape.automaton.cells
-    trail: list[tuple[str, str]] = []
-    word: list[str] = []
-    here = (cell, boundary)
-    while here not in trail:
-        trail.append(here)
-        name, label = here
-        place = shape.topology.subdivided(name).place
-        vertex = cells[cells[name].boundary[label].cell]
-        goal = place[label, next(iter(vertex.subdivision))][0]
-        inside = [
-            (i, path)
-            for i, target in cells[name].subdivision.items()
-            for path in cells[target].boundary
-            if place.get((i, path), (None,))[0] == goal
-        ]
-        if not inside:
-            return None
-        word.append(inside[0][0])
-        here = (cells[name].subdivision[inside[0][0]], inside[0][1])
-    start = trail.index(here)
-    return _shortest(tuple(word[:start]), tuple(word[start:]))
+    found = addresses.vertex_address(shape, cell, (boundary,))
+    return None if found is None else (found.word, found.repeat)
 
 
 def _equations(shape: Shape, cell: str) -> set[tuple[Address, Address]]:

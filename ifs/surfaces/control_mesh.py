@@ -190,7 +190,7 @@ def _face_patches(mesh: PolygonMesh) -> Iterable[Stars]:
     plain, region = _plain(mesh)
     whole = plain[mesh.origin[halves]].all(axis=1)
     kinds = np.stack([mesh.valences[mesh.origin[halves]], region[mesh.origin[halves]]], axis=2)[whole]
-    names = ("", *sorted(set(mesh.marks.regions.values())))
+    names, _ = _regions(mesh)
     for kind, chosen in _grouped(kinds.reshape(len(kinds), 8), halves[whole]):
         corners = [catmull_clark.ring(kind[2 * i], names[kind[2 * i + 1]]) for i in range(4)]
         yield _four(
@@ -207,10 +207,7 @@ def _four(stars: Iterable[Star]) -> Stars:
 
 def _plain(mesh: PolygonMesh) -> tuple[np.ndarray, np.ndarray]:
     """Whether nothing is marked at a vertex, all its faces being of one region; which region that is."""
-    names = {name: i for i, name in enumerate(("", *sorted(set(mesh.marks.regions.values()))))}
-    of_face = np.zeros(len(mesh.sizes), dtype=np.int64)
-    for face, name in mesh.marks.regions.items():
-        of_face[face] = names[name]
+    names, of_face = _regions(mesh)
     low = np.full(len(mesh.vertices), len(names))
     high = np.zeros(len(mesh.vertices), dtype=np.int64)
     np.minimum.at(low, mesh.origin, of_face[mesh.face])
@@ -218,6 +215,16 @@ def _plain(mesh: PolygonMesh) -> tuple[np.ndarray, np.ndarray]:
     plain = (low == high) & ~mesh.at_boundary
     plain[[*(v for pair in mesh.marks.creases for v in pair), *mesh.marks.fixed]] = False
     return plain, high
+
+
+def _regions(mesh: PolygonMesh) -> tuple[tuple[str, ...], Int[np.ndarray, "faces"]]:
+    """The names of the regions, first that of none, and the number of the region of each face."""
+    names = ("", *sorted(set(mesh.marks.regions.values())))
+    number = {name: i for i, name in enumerate(names)}
+    of_face = np.zeros(len(mesh.sizes), dtype=np.int64)
+    for face, name in mesh.marks.regions.items():
+        of_face[face] = number[name]
+    return names, of_face
 
 
 def _grouped(kinds: np.ndarray, rows: np.ndarray) -> Iterable[tuple[list[int], np.ndarray]]:
@@ -307,10 +314,7 @@ def _vertex_patches(mesh: PolygonMesh) -> Iterable[Stars]:
     for _ in range(3):
         halves.append(mesh.around(halves[-1]))
     corners = np.stack(halves, axis=1)
-    names = ["", *sorted(set(mesh.marks.regions.values()))]
-    of_face = np.zeros(len(mesh.sizes), dtype=np.int64)
-    for face, name in mesh.marks.regions.items():
-        of_face[face] = names.index(name)
+    names, of_face = _regions(mesh)
     around = mesh.face[corners]
     kinds = np.stack([mesh.sizes[around], of_face[around]], axis=2)
     for kind, chosen in _grouped(kinds.reshape(len(kinds), 8), corners):
