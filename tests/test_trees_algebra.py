@@ -11,7 +11,6 @@ from hypothesis import strategies as st
 
 from trees import (
     Cube,
-    KeyTooWide,
     Misaligned,
     Tree,
     TreeError,
@@ -28,6 +27,7 @@ from trees import (
 )
 from trees.cube import common_cube, smallest_cube
 from trees.runs import embed
+from trees.tree import of_bricks
 
 SIZES = {1: 9, 2: 4, 3: 3, 4: 2}
 
@@ -270,8 +270,10 @@ def test_grids_that_do_not_meet():
     assert caught.value.axis == 1
     with pytest.raises(TreeError, match="dimensions 2 and 3"):
         _ = a & from_points([[0, 0, 0]], 1)
-    with pytest.raises(KeyTooWide):
-        _ = a | from_points([[0, 0]], 1, Cube((0.0, 2.0**40), 1.0))
+    far = a | from_points([[0, 0]], 1, Cube((0.0, 2.0**40), 1.0))
+    assert (far.bits, list(far)) == (42, [(0, 0), (0, 2**41)])
+    with pytest.raises(TreeError, match="512 are possible"):
+        _ = a | from_points([[0, 0]], 1, Cube((0.0, 2.0**300), 1.0))
     with pytest.raises(Misaligned):
         embed(a, Cube((0.25, 0.0), 2.0))
     with pytest.raises(TypeError):
@@ -293,12 +295,12 @@ def test_a_tree_is_immutable_and_checked():
         tree.words[0] = 1
     zeros, ones = np.zeros(1, np.uint64), np.full(1, 2**16, np.uint64)
     with pytest.raises(TreeError, match="beyond the 16 cells"):
-        Tree(tree.cube, 2, zeros, ones)
+        of_bricks(tree.cube, 2, zeros, ones)
     with pytest.raises(TreeError, match="repeats"):
-        Tree(tree.cube, 4, np.arange(2, dtype=np.uint64), np.ones(2, np.uint64))
+        of_bricks(tree.cube, 4, np.arange(2, dtype=np.uint64), np.ones(2, np.uint64))
     with pytest.raises(TreeError, match="not above"):
-        Tree(tree.cube, 4, np.array([0, 2, 1], np.uint64), np.array([1, 2, 3], np.uint64))
+        of_bricks(tree.cube, 4, np.array([0, 2, 1], np.uint64), np.array([1, 2, 3], np.uint64))
     with pytest.raises(TreeError, match="brick 4 of a tree of 4"):
-        Tree(tree.cube, 4, np.array([0, 4], np.uint64), np.array([1, 2], np.uint64))
+        of_bricks(tree.cube, 4, np.array([0, 4], np.uint64), np.array([1, 2], np.uint64))
     with pytest.raises(TreeError, match="no cell"):
         assert (0.5, 1) in tree

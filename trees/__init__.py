@@ -16,7 +16,8 @@ from trees.files import read_tree, write_tree
 from trees.leaves import Leaves, leaves
 from trees.predicate import from_predicate
 from trees.reals import from_reals
-from trees.tree import Tree, empty
+from trees.states import from_states, from_substitution
+from trees.tree import Tree, compact, empty, full
 
 __all__ = [
     "CodeError",
@@ -28,6 +29,7 @@ __all__ = [
     "TooManyPieces",
     "Tree",
     "TreeError",
+    "compact",
     "depth_first_code",
     "distance",
     "empty",
@@ -39,6 +41,9 @@ __all__ = [
     "from_post_order_code",
     "from_predicate",
     "from_reals",
+    "from_states",
+    "from_substitution",
+    "full",
     "leaf_codes",
     "leaves",
     "post_order_code",

@@ -3,10 +3,12 @@
 from fractions import Fraction
 
 from trees.cube import common_cube, log2_ratio, steps_between
-from trees.errors import TreeError
+from trees.errors import TooManyPieces, TreeError
 from trees.runs import embed
-from trees.tree import Tree
+from trees.shared import Shared, bricks_of_shared, combine_shared
+from trees.tree import Tree, of_bricks
 
+FEW = 2**20
 OPERATIONS = {"or": 0, "and": 1, "exclusive or": 2, "minus": 3}
 
 
@@ -16,8 +18,9 @@ def combine(a: Tree, b: Tree, operation: str) -> Tree:
     The operands are first brought to one cube (`common_cube`) and to the finer of their cells, both
     exactly (Guye 1988, III.4 and III.5).
 
-    Raises `TreeError` where the dimensions differ, `Misaligned` where the cubes' grids do not meet,
-    `KeyTooWide` where the common cube has too many of the finer cells.
+    Two shared trees give a shared one, two trees of bricks one of bricks.
+
+    Raises `TreeError` where the dimensions differ, `Misaligned` where the cubes' grids do not meet.
 
     >>> from trees import from_points
     >>> combine(from_points([[0]], bits=1), from_points([[1], [2]], bits=2), "exclusive or")
@@ -28,8 +31,10 @@ def combine(a: Tree, b: Tree, operation: str) -> Tree:
     if operation not in OPERATIONS:
         raise TreeError(f"operation {operation!r}: one of {', '.join(OPERATIONS)} is needed")
     a, b = aligned(a, b)
+    if _better_shared(a, b):
+        return Tree(a.cube, a.bits, combine_shared(a.as_shared, b.as_shared, OPERATIONS[operation]))
     merged = kernels.merge(a.starts, a.words, b.starts, b.words, OPERATIONS[operation])
-    return Tree(a.cube, a.bits, *merged)
+    return of_bricks(a.cube, a.bits, *merged)
 
 
 def aligned(a: Tree, b: Tree) -> tuple[Tree, Tree]:
@@ -59,6 +64,20 @@ def distance(a: Tree, b: Tree) -> float:
     0.25
     """
     return combine(a, b, "exclusive or").measure
+
+
+def _better_shared(a: Tree, b: Tree) -> bool:
+    """Bricks where both are bricks, or where the shared one is soon expanded."""
+    forms = a.form, b.form
+    shared = [form for form in forms if isinstance(form, Shared)]
+    if a.depth > 64 or len(shared) == 2:
+        return True
+    try:
+        for form in shared:
+            bricks_of_shared(form, FEW)
+    except TooManyPieces:
+        return True
+    return False
 
 
 def _needed_cell(tree: Tree, cube) -> Fraction:

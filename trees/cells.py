@@ -3,13 +3,14 @@
 from collections.abc import Sequence
 
 import numpy as np
-from jaxtyping import Bool, Real, UInt64
+from jaxtyping import Bool, Real, UInt8, UInt64
 
 from trees.cube import Cube, unit_cube
 from trees.errors import TooManyPieces, TreeError
-from trees.morton import cells_of_keys, check_widths, keys_of_cells
+from trees.morton import cells_of_keys, check_cells, check_widths, keys_of_cells
 from trees.runs import black_runs, tree_of_runs
-from trees.tree import Tree
+from trees.shared import check_depth, shared_of_digits
+from trees.tree import Tree, of_bricks
 
 MAX_CELLS = 2**34
 
@@ -37,7 +38,7 @@ def from_array(array: np.ndarray, cube: Cube | None = None) -> Tree:
     words = octets.view("<u8").astype(np.uint64)
     new = np.append(True, words[1:] != words[:-1])
     starts = np.flatnonzero(new).astype(np.uint64)
-    return Tree(_cube(cube, dimension), bits, starts, words[new])
+    return of_bricks(_cube(cube, dimension), bits, starts, words[new])
 
 
 def to_array(tree: Tree) -> Bool[np.ndarray, "..."]:
@@ -63,7 +64,7 @@ def from_points(
     """The cells with these integer coordinates in `[0, 2^bits)`, in any order, repeated or not.
 
     The cube is the unit cube unless given. Raises `TreeError` with the row and the axis where a
-    coordinate is outside, `KeyTooWide` where `dimension * bits > 64`.
+    coordinate is outside, or where `bits` is above 64 or `dimension * bits` above 512.
 
     >>> len(from_points([[1, 2, 3], [0, 0, 0], [1, 2, 3]], bits=2))
     2
@@ -75,7 +76,12 @@ def from_points(
         rows = rows.astype(np.uint64)
     if not np.issubdtype(rows.dtype, np.integer):
         raise TreeError(f"points of {rows.dtype}: integers are needed; `from_reals` takes points in mm")
-    return from_morton(keys_of_cells(rows, bits), _cube(cube, rows.shape[1]), bits)
+    cube = _cube(cube, rows.shape[1])
+    check_cells(rows, bits)
+    if cube.dimension * bits <= 64:
+        return from_morton(keys_of_cells(rows, bits), cube, bits)
+    check_depth(cube.dimension, bits)
+    return Tree(cube, bits, shared_of_digits(_digits(rows.astype(np.uint64), bits)))
 
 
 def from_morton(keys: Real[np.ndarray, " keys"], cube: Cube, bits: int) -> Tree:
@@ -125,6 +131,16 @@ def to_points(tree: Tree) -> UInt64[np.ndarray, "cells dim"]:
     [[1, 0], [3, 3]]
     """
     return cells_of_keys(to_morton(tree), tree.dimension, tree.bits)
+
+
+def _digits(cells: UInt64[np.ndarray, "cells dim"], bits: int) -> UInt8[np.ndarray, "_cells depth"]:
+    """The paths of halvings that lead to the cells, sorted, each once."""
+    shifts = np.arange(bits - 1, -1, -1, dtype=np.uint64)
+    digits = ((cells[:, None, :] >> shifts[None, :, None]) & np.uint64(1)).astype(np.uint8)
+    packed = np.packbits(digits.reshape(len(cells), bits * cells.shape[1]), axis=1)
+    rows = np.ascontiguousarray(packed).view(f"S{packed.shape[1]}") if len(cells) else packed
+    _, first = np.unique(rows.ravel(), return_index=True)
+    return np.unpackbits(packed[first], axis=1, count=bits * cells.shape[1])
 
 
 def _cube(cube: Cube | None, dimension: int) -> Cube:

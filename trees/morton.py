@@ -14,6 +14,19 @@ def check_widths(dimension: int, bits: int) -> None:
         raise KeyTooWide(dimension, bits)
 
 
+def check_cells(cells: Integer[np.ndarray, "cells dim"], bits: int) -> None:
+    """Raises `TreeError` where a coordinate is outside `[0, 2^bits)`, or above 64 bits an axis."""
+    if not 0 <= bits <= 64:
+        raise TreeError(f"{bits} bits an axis: 0 to 64 are possible for cells")
+    outside = (cells < 0) | (cells > np.uint64(2**bits - 1))
+    if outside.any():
+        row, axis = np.argwhere(outside)[0].tolist()
+        raise TreeError(
+            f"point {row}: coordinate {cells[row, axis]} on axis {axis} is outside 0 to {2**bits - 1}, "
+            f"what {bits} bits hold"
+        )
+
+
 def keys_of_cells(cells: Integer[np.ndarray, "cells dim"], bits: int) -> UInt64[np.ndarray, "cells"]:
     """The Morton keys of cells with coordinates in `[0, 2^bits)`.
 
@@ -25,14 +38,18 @@ def keys_of_cells(cells: Integer[np.ndarray, "cells dim"], bits: int) -> UInt64[
     from trees import kernels
 
     check_widths(cells.shape[1], bits)
-    outside = (cells < 0) | (cells > np.uint64(2**bits - 1))
-    if outside.any():
-        row, axis = np.argwhere(outside)[0].tolist()
-        raise TreeError(
-            f"point {row}: coordinate {cells[row, axis]} on axis {axis} is outside 0 to {2**bits - 1}, "
-            f"what {bits} bits hold"
-        )
+    check_cells(cells, bits)
     return kernels.interleave(np.ascontiguousarray(cells, dtype=np.uint64), bits)
+
+
+def cell_of_key(key: int, dimension: int, bits: int) -> tuple[int, ...]:
+    """The cell of one Morton key of any width.
+
+    >>> cell_of_key(2**70 + 1, dimension=2, bits=36)
+    (0, 34359738369)
+    """
+    digits = format(key, f"0{dimension * bits}b") if bits else ""
+    return tuple(int(digits[axis::dimension] or "0", 2) for axis in range(dimension))
 
 
 def cells_of_keys(

@@ -6,10 +6,10 @@ from fractions import Fraction
 import numpy as np
 from jaxtyping import Float, Real, UInt64
 
-from trees.cells import from_morton
+from trees.cells import from_points
 from trees.cube import Cube, common_cube, log2_ratio, smallest_cube
 from trees.errors import TreeError
-from trees.morton import check_widths, keys_of_cells
+from trees.shared import check_depth
 from trees.tree import Tree
 
 
@@ -25,7 +25,7 @@ def from_reals(
     A cube grows only to corners that are floats: multiples of 1/1024 mm do, most decimal ones do not.
 
     Raises `TreeError` where a coordinate is not finite (with row and axis), where there is neither
-    point nor cube, or above 62 bits; `KeyTooWide` where the cube grows beyond 64-bit keys.
+    point nor cube, or above 62 bits an axis.
 
     >>> from_reals([[0.5, 0.5], [2.5, 0.5]], bits=1, cube=Cube((0.0, 0.0), 1.0))
     <Tree: dimension 2, 3 bits an axis, 2 cells, cube of 4.0 at (0.0, 0.0)>
@@ -36,7 +36,7 @@ def from_reals(
     if not np.isfinite(rows).all():
         row, axis = np.argwhere(~np.isfinite(rows))[0].tolist()
         raise TreeError(f"point {row}: coordinate {rows[row, axis]} on axis {axis} is not finite")
-    check_widths(rows.shape[1], bits)
+    check_depth(rows.shape[1], bits)
     if cube is not None and cube.dimension != rows.shape[1]:
         raise TreeError(f"a cube of dimension {cube.dimension} for points of dimension {rows.shape[1]}")
     if len(rows) == 0 and cube is None:
@@ -48,10 +48,9 @@ def from_reals(
         growth = log2_ratio(Fraction(whole.size), Fraction(cube.size))
         assert growth is not None
         bits += growth
-        check_widths(whole.dimension, bits)
     if bits > 62:
         raise TreeError(f"{bits} bits an axis: points in mm have at most 62")
-    return from_morton(keys_of_cells(cells_of_points(rows, whole, bits), bits), whole, bits)
+    return from_points(cells_of_points(rows, whole, bits), bits, whole)
 
 
 def cells_of_points(

@@ -1,6 +1,8 @@
 """Runs of black keys: the form from which bricks are made, and in which precision and cube change."""
 
+from collections.abc import Iterator
 from fractions import Fraction
+from itertools import product
 
 import numpy as np
 from jaxtyping import UInt64
@@ -8,7 +10,8 @@ from jaxtyping import UInt64
 from trees.cube import Cube, steps_between
 from trees.errors import Misaligned, TooManyPieces, TreeError
 from trees.morton import cells_of_keys, check_widths, keys_of_cells
-from trees.tree import Tree
+from trees.shared import Shared, branch, check_depth, combine_shared, deepened, placed, truncated
+from trees.tree import Tree, of_bricks
 
 MAX_RUNS = 2**28
 
@@ -42,7 +45,7 @@ def tree_of_runs(runs: Runs, cube: Cube, bits: int) -> Tree:
 
     check_widths(cube.dimension, bits)
     bricks = np.uint64(2 ** max(cube.dimension * bits - 6, 0))
-    return Tree(cube, bits, *kernels.pack(*runs, bricks))
+    return of_bricks(cube, bits, *kernels.pack(*runs, bricks))
 
 
 def at_bits(tree: Tree, bits: int) -> Tree:
@@ -53,9 +56,11 @@ def at_bits(tree: Tree, bits: int) -> Tree:
     >>> list(tree.at(1)), list(tree.at(3))
     ([(1, 0)], [(6, 0), (6, 1), (7, 0), (7, 1)])
     """
-    check_widths(tree.dimension, bits)
+    check_depth(tree.dimension, bits)
     if bits == tree.bits:
         return tree
+    if isinstance(tree.form, Shared) or tree.dimension * bits > 64:
+        return _shared_at(tree, bits)
     lows, highs = black_runs(tree)
     shift = tree.dimension * abs(bits - tree.bits)
     if shift == 64:
@@ -68,11 +73,30 @@ def at_bits(tree: Tree, bits: int) -> Tree:
     return tree_of_runs(runs, tree.cube, bits)
 
 
+def _shared_at(tree: Tree, bits: int) -> Tree:
+    shared, depth = tree.as_shared, tree.dimension * bits
+    form = truncated(shared, depth) if bits < tree.bits else deepened(shared, depth - tree.depth)
+    return Tree(tree.cube, bits, form)
+
+
+def wide_runs(tree: Tree) -> Iterator[tuple[int, int]]:
+    """First and last keys of the largest black blocks of the shared binary tree, in Morton order."""
+    shared = tree.as_shared
+    stack = [(shared.root, tree.depth, 0)]
+    while stack:
+        node, height, key = stack.pop()
+        if node > 1:
+            stack.append((int(shared.highs[node - 2]), height - 1, key + (1 << height - 1)))
+            stack.append((int(shared.lows[node - 2]), height - 1, key))
+        elif node == 1:
+            yield key, key + (1 << height) - 1
+
+
 def embed(tree: Tree, cube: Cube) -> Tree:
     """The same set with the same cells in a larger reference cube.
 
     Raises `Misaligned` where neither the tree nor its halves are branches of the larger tree, and
-    `KeyTooWide` where the larger cube has too many cells.
+    `TreeError` where a cell would be more than 512 halvings away.
 
     >>> from trees import from_points
     >>> wide = embed(from_points([[1, 0]], bits=1), Cube((-1.0, 0.0), 2.0))
@@ -87,7 +111,8 @@ def embed(tree: Tree, cube: Cube) -> Tree:
     if steps is None or steps > tree.bits:
         raise Misaligned(f"{tree.cube} and its halves are no branches of {cube}")
     bits = tree.bits + int(cube.size / tree.size).bit_length() - 1
-    check_widths(tree.dimension, bits)
+    if isinstance(tree.form, Shared) or tree.dimension * bits > 64:
+        return Tree(cube, bits, _shared_embedded(tree, cube, bits, steps))
     depth = tree.depth - steps * tree.dimension
     lows, highs = _cut(*black_runs(tree), depth)
     branches, which = np.unique(_shifted(lows, depth), return_inverse=True)
@@ -97,6 +122,21 @@ def embed(tree: Tree, cube: Cube) -> Tree:
     lows, highs = lows + offsets[which], highs + offsets[which]
     order = np.argsort(lows)
     return tree_of_runs((lows[order], highs[order]), cube, bits)
+
+
+def _shared_embedded(tree: Tree, cube: Cube, bits: int, steps: int) -> Shared:
+    k, whole = tree.dimension, tree.as_shared
+    cell = Fraction(tree.size) / 2**tree.bits
+    offset = [int((Fraction(a) - Fraction(b)) / cell) for a, b in zip(tree.origin, cube.origin, strict=True)]
+    check_depth(k, bits)
+    result = None
+    for sides in product((0, 1), repeat=k * steps):
+        corner = [x + (side << tree.bits >> 1) for x, side in zip(offset, sides or (0,) * k, strict=True)]
+        path = [x >> bit & 1 for bit in range(bits - 1, tree.bits - steps - 1, -1) for x in corner]
+        part = placed(branch(whole, sides), path)
+        result = part if result is None else combine_shared(result, part, 0)
+    assert result is not None
+    return result
 
 
 def _shifted(keys: UInt64[np.ndarray, " _keys"], depth: int) -> UInt64[np.ndarray, " _keys"]:

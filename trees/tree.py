@@ -1,28 +1,27 @@
-"""The value: a set of cells of a cube of any dimension, kept as bricks."""
+"""The value: a set of cells of a cube of any dimension, in one of two forms."""
 
 from collections.abc import Iterator
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 from jaxtyping import Bool, Real, UInt64
 
+from trees.bricks import Bricks, brick_mask
 from trees.cube import Cube
-from trees.errors import TreeError
-from trees.morton import cells_of_keys, check_widths, keys_of_cells
-
-FULL = 2**64 - 1
+from trees.errors import KeyTooWide, TreeError
+from trees.morton import cell_of_key, cells_of_keys, check_widths, keys_of_cells
+from trees.shared import Shared, bricks_of_shared, check_depth, holds_cells, shared_of_bricks
 
 
 @dataclass(frozen=True, eq=False, repr=False)
 class Tree:
     """A set of the `2^(dimension * bits)` cells of a cube (Guye 1988, II): immutable, hashable, canonical.
 
-    The binary tree halves one axis after the other. Its lowest six levels are one 64-bit word, a
-    brick: brick i holds the cells of Morton keys `64 i` to `64 i + 63`, cell `64 i + b` in bit b. Words that
-    repeat are written once: `words[j]` is that of all bricks from `starts[j]` to before
-    `starts[j + 1]`, so a large full or empty region is one entry. Neighbouring entries differ; a set
-    has therefore one form, and trees of equal cube, bits and set are equal, however they were built.
-    A tree of fewer than 64 cells uses the low bits of one word.
+    It is kept as `Bricks`, sorted words of 64 cells, or as a `Shared` binary tree, equal subtrees kept
+    once: the first for sets of any kind, the second for self-similar ones and for cells of more than
+    64 bits in all. Both are canonical, and conversions are exact: trees of equal cube, bits and set are
+    equal, however they were built and kept. `compact` chooses the smaller form.
 
     `a | b`, `a & b`, `a ^ b`, `a - b` and `~a` are those of sets (see `trees.algebra`); `cell in tree`,
     `len(tree)` and `for cell in tree` speak of black cells, in Morton order. `len` raises OverflowError
@@ -38,16 +37,12 @@ class Tree:
 
     cube: Cube
     bits: int
-    starts: UInt64[np.ndarray, " entries"]
-    words: UInt64[np.ndarray, " entries"]
+    form: Bricks | Shared
 
     def __post_init__(self):
-        check_widths(self.dimension, self.bits)
-        for name in ("starts", "words"):
-            array = np.array(getattr(self, name), dtype=np.uint64)
-            array.setflags(write=False)
-            object.__setattr__(self, name, array)
-        _check_canonical(self)
+        check_depth(self.dimension, self.bits)
+        if self.form.depth != self.depth:
+            raise TreeError(f"{self.form.depth} levels for {self.dimension} axes of {self.bits} bits")
 
     @property
     def dimension(self) -> int:
@@ -74,22 +69,49 @@ class Tree:
         """The edge of a cell, in mm."""
         return self.size / 2**self.bits
 
+    @cached_property
+    def as_bricks(self) -> Bricks:
+        """The set as words. Raises `KeyTooWide` above 64 levels, `TooManyPieces` above 2^28 entries."""
+        if isinstance(self.form, Bricks):
+            return self.form
+        if self.depth > 64:
+            raise KeyTooWide(self.dimension, self.bits)
+        return bricks_of_shared(self.form)
+
+    @cached_property
+    def as_shared(self) -> Shared:
+        """The set as a binary tree with shared nodes. Raises `TooManyPieces` above 2^28 nodes."""
+        return self.form if isinstance(self.form, Shared) else shared_of_bricks(self.form)
+
+    @property
+    def starts(self) -> UInt64[np.ndarray, " entries"]:
+        """The first brick of each entry of `as_bricks`."""
+        return self.as_bricks.starts
+
+    @property
+    def words(self) -> UInt64[np.ndarray, " entries"]:
+        """The word of each entry of `as_bricks`."""
+        return self.as_bricks.words
+
+    @property
+    def lengths(self) -> UInt64[np.ndarray, " entries"]:
+        """How many bricks each entry of `as_bricks` stands for."""
+        return self.as_bricks.lengths
+
     @property
     def bricks(self) -> int:
         """How many bricks the cube has."""
         return 2 ** max(self.depth - 6, 0)
 
     @property
-    def lengths(self) -> UInt64[np.ndarray, " entries"]:
-        """How many bricks each entry stands for."""
-        return np.diff(self.starts, append=np.uint64(self.bricks))
+    def nbytes(self) -> int:
+        """The memory of the form in which the set is kept."""
+        return self.form.nbytes
 
     @property
     def count(self) -> int:
         """How many cells are black."""
-        ones = np.bitwise_count(self.words).astype(np.uint64)
-        high, low = self.lengths >> np.uint64(29), self.lengths & np.uint64(2**29 - 1)
-        return (int((ones * high).sum()) << 29) + int((ones * low).sum())
+        return self.form.count
 
     @property
     def measure(self) -> float:
@@ -103,7 +125,7 @@ class Tree:
         self._check_axes(cells.shape[1])
         inside = ((cells >= 0) & (cells <= np.uint64(2**self.bits - 1))).all(axis=1)
         found = np.zeros(len(cells), dtype=bool)
-        found[inside] = self._holds_keys(keys_of_cells(cells[inside], self.bits))
+        found[inside] = self._holds_inside(cells[inside].astype(np.uint64))
         return found
 
     def holds(self, points: Real[np.ndarray, "points dim"]) -> Bool[np.ndarray, "points"]:
@@ -115,9 +137,7 @@ class Tree:
         low, high = np.array(self.origin), np.array(self.cube.ends)
         inside = ((points >= low) & (points < high)).all(axis=1)
         found = np.zeros(len(points), dtype=bool)
-        found[inside] = self._holds_keys(
-            keys_of_cells(cells_of_points(points[inside], self.cube, self.bits), self.bits)
-        )
+        found[inside] = self._holds_inside(cells_of_points(points[inside], self.cube, self.bits))
         return found
 
     def at(self, bits: int) -> "Tree":
@@ -126,7 +146,10 @@ class Tree:
 
         return at_bits(self, bits)
 
-    def _holds_keys(self, keys: UInt64[np.ndarray, " _keys"]) -> Bool[np.ndarray, " _keys"]:
+    def _holds_inside(self, cells: UInt64[np.ndarray, "_cells dim"]) -> Bool[np.ndarray, " _cells"]:
+        if isinstance(self.form, Shared):
+            return holds_cells(self.form, np.ascontiguousarray(cells), self.bits)
+        keys = keys_of_cells(cells, self.bits)
         entry = np.searchsorted(self.starts, keys >> np.uint64(6), side="right") - 1
         return (self.words[entry] >> (keys & np.uint64(63))) & np.uint64(1) == 1
 
@@ -147,11 +170,15 @@ class Tree:
         return self.count
 
     def __bool__(self) -> bool:
-        return len(self.words) > 1 or bool(self.words[0])
+        return self.count > 0
 
     def __iter__(self) -> Iterator[tuple[int, ...]]:
-        from trees.runs import black_runs
+        from trees.runs import black_runs, wide_runs
 
+        if self.depth > 64:
+            for first, last in wide_runs(self):
+                yield from (cell_of_key(key, self.dimension, self.bits) for key in range(first, last + 1))
+            return
         lows, highs = black_runs(self)
         for low, high in zip(lows.tolist(), highs.tolist(), strict=True):
             for first in range(low, high + 1, 4096):
@@ -162,15 +189,14 @@ class Tree:
     def __eq__(self, other: object) -> bool:
         if not isinstance(other, Tree):
             return NotImplemented
-        return (
-            self.cube == other.cube
-            and self.bits == other.bits
-            and np.array_equal(self.starts, other.starts)
-            and np.array_equal(self.words, other.words)
-        )
+        if self.cube != other.cube or self.bits != other.bits or self.count != other.count:
+            return False
+        if isinstance(self.form, Bricks) and isinstance(other.form, Bricks):
+            return self.form.same(other.form)
+        return self.as_shared.same(other.as_shared)
 
     def __hash__(self) -> int:
-        return hash((self.cube, self.bits, self.starts.tobytes(), self.words.tobytes()))
+        return hash((self.cube, self.bits, self.count))
 
     def __repr__(self) -> str:
         return (
@@ -179,7 +205,7 @@ class Tree:
         )
 
     def __reduce__(self):
-        return Tree, (self.cube, self.bits, self.starts, self.words)
+        return Tree, (self.cube, self.bits, self.form)
 
     def __or__(self, other: "Tree") -> "Tree":
         return _combined(self, other, "or")
@@ -194,41 +220,63 @@ class Tree:
         return _combined(self, other, "minus")
 
     def __invert__(self) -> "Tree":
-        return Tree(self.cube, self.bits, self.starts, self.words ^ np.uint64(brick_mask(self.depth)))
+        return self ^ _uniform(self.cube, self.bits, 1, isinstance(self.form, Shared))
 
 
-def brick_mask(depth: int) -> int:
-    """The word with all bits that a tree of this depth uses."""
-    return 2 ** (2 ** min(depth, 6)) - 1
+def of_bricks(
+    cube: Cube, bits: int, starts: UInt64[np.ndarray, " entries"], words: UInt64[np.ndarray, " entries"]
+) -> Tree:
+    """The tree of bricks in canonical form: see `Bricks`. Raises `KeyTooWide` above 64 levels."""
+    check_widths(cube.dimension, bits)
+    return Tree(cube, bits, Bricks(cube.dimension * bits, starts, words))
 
 
 def empty(cube: Cube, bits: int) -> Tree:
-    """The empty set; `~empty(cube, bits)` is the whole cube.
+    """The empty set; `full(cube, bits)` is the whole cube.
 
     >>> from trees import unit_cube
-    >>> len(empty(unit_cube(3), bits=4)), len(~empty(unit_cube(3), bits=4))
-    (0, 4096)
+    >>> len(empty(unit_cube(3), bits=4))
+    0
     """
-    return Tree(cube, bits, np.zeros(1, np.uint64), np.zeros(1, np.uint64))
+    return _uniform(cube, bits, 0)
+
+
+def full(cube: Cube, bits: int) -> Tree:
+    """All cells of a cube.
+
+    >>> from trees import unit_cube
+    >>> len(full(unit_cube(3), bits=4))
+    4096
+    """
+    return _uniform(cube, bits, 1)
+
+
+def compact(tree: Tree) -> Tree:
+    """The same set, in the form that takes less memory: see `Tree`.
+
+    Raises `TooManyPieces` where the shared form has more than 2^28 nodes.
+
+    >>> from trees import from_array
+    >>> x, y = np.indices((256, 256))
+    >>> sierpinski = from_array(x & y == 0)
+    >>> compact(sierpinski).nbytes, sierpinski.nbytes, compact(sierpinski) == sierpinski
+    (128, 5808, True)
+    """
+    if tree.depth > 64 or tree.as_shared.nbytes < tree.form.nbytes:
+        return Tree(tree.cube, tree.bits, tree.as_shared)
+    return tree
+
+
+def _uniform(cube: Cube, bits: int, colour: int, shared: bool = False) -> Tree:
+    depth = cube.dimension * bits
+    if shared or depth > 64:
+        none = np.zeros(0, dtype=np.uint32)
+        return Tree(cube, bits, Shared(depth, colour, none, none))
+    word = np.array([brick_mask(depth) * colour], dtype=np.uint64)
+    return Tree(cube, bits, Bricks(depth, np.zeros(1, np.uint64), word))
 
 
 def _combined(a: Tree, b: object, operation: str) -> Tree:
     from trees.algebra import combine
 
     return combine(a, b, operation) if isinstance(b, Tree) else NotImplemented
-
-
-def _check_canonical(tree: Tree) -> None:
-    starts, words = tree.starts, tree.words
-    if starts.ndim != 1 or starts.shape != words.shape or starts.size == 0 or starts[0] != 0:
-        raise TreeError("starts and words are needed in equal number, the first start 0")
-    if starts.size > 1 and not (starts[1:] > starts[:-1]).all():
-        entry = int(np.argmin(starts[1:] > starts[:-1])) + 1
-        raise TreeError(f"start {entry} is not above the one before")
-    if int(starts[-1]) >= tree.bricks:
-        raise TreeError(f"brick {int(starts[-1])} of a tree of {tree.bricks} bricks")
-    if starts.size > 1 and (words[1:] == words[:-1]).any():
-        entry = int(np.argmax(words[1:] == words[:-1])) + 1
-        raise TreeError(f"word {entry} repeats the one before")
-    if int(words[0]) & ~brick_mask(tree.depth):
-        raise TreeError(f"word {int(words[0]):#x} has bits beyond the {2**tree.depth} cells of the tree")
