@@ -2,14 +2,20 @@
 
 from fractions import Fraction
 
+import numpy as np
+from jaxtyping import UInt64
+
+from trees.bricks import Flat, bricks_of, flat_of_bricks, form_of_bricks, form_of_words
 from trees.cube import common_cube, log2_ratio, steps_between
 from trees.errors import TooManyPieces, TreeError
 from trees.runs import embed
 from trees.shared import Shared, bricks_of_shared, combine_shared
-from trees.tree import Tree, of_bricks
+from trees.tree import Tree
 
 FEW = 2**20
-OPERATIONS = {"or": 0, "and": 1, "exclusive or": 2, "minus": 3}
+FULL = 2**64 - 1
+# Whether a cell stays that is in both sets, in the first alone, in the second alone.
+STAYS = {"or": (1, 1, 1), "and": (1, 0, 0), "exclusive or": (0, 1, 1), "minus": (0, 1, 0)}
 
 
 def combine(a: Tree, b: Tree, operation: str) -> Tree:
@@ -28,13 +34,17 @@ def combine(a: Tree, b: Tree, operation: str) -> Tree:
     """
     from trees import kernels
 
-    if operation not in OPERATIONS:
-        raise TreeError(f"operation {operation!r}: one of {', '.join(OPERATIONS)} is needed")
+    if operation not in STAYS:
+        raise TreeError(f"operation {operation!r}: one of {', '.join(STAYS)} is needed")
     a, b = aligned(a, b)
     if _better_shared(a, b):
-        return Tree(a.cube, a.bits, combine_shared(a.as_shared, b.as_shared, OPERATIONS[operation]))
-    merged = kernels.merge(a.starts, a.words, b.starts, b.words, OPERATIONS[operation])
-    return of_bricks(a.cube, a.bits, *merged)
+        return Tree(a.cube, a.bits, combine_shared(a.as_shared, b.as_shared, list(STAYS).index(operation)))
+    masks = [np.uint64(FULL if stays else 0) for stays in STAYS[operation]]
+    if isinstance(a.form, Flat) or isinstance(b.form, Flat):
+        form = form_of_words(a.depth, *kernels.merge_flat(flat_words(a), flat_words(b), *masks))
+    else:
+        form = form_of_bricks(bricks_of(a.depth, kernels.merge(a.starts, a.words, b.starts, b.words, *masks)))
+    return Tree(a.cube, a.bits, form)
 
 
 def aligned(a: Tree, b: Tree) -> tuple[Tree, Tree]:
@@ -64,6 +74,11 @@ def distance(a: Tree, b: Tree) -> float:
     0.25
     """
     return combine(a, b, "exclusive or").measure
+
+
+def flat_words(tree: Tree) -> UInt64[np.ndarray, " bricks"]:
+    """The word of every brick."""
+    return tree.form.words if isinstance(tree.form, Flat) else flat_of_bricks(tree.as_bricks).words
 
 
 def _better_shared(a: Tree, b: Tree) -> bool:

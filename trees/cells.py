@@ -3,14 +3,16 @@
 from collections.abc import Sequence
 
 import numpy as np
-from jaxtyping import Bool, Real, UInt8, UInt64
+from jaxtyping import Bool, Int, Real, UInt8, UInt64
 
+from trees.algebra import flat_words
+from trees.bricks import form_of_words
 from trees.cube import Cube, unit_cube
 from trees.errors import TooManyPieces, TreeError
 from trees.morton import cells_of_keys, check_cells, check_widths, keys_of_cells
 from trees.runs import black_runs, tree_of_runs
 from trees.shared import check_depth, shared_of_digits
-from trees.tree import Tree, of_bricks
+from trees.tree import Tree
 
 MAX_CELLS = 2**34
 
@@ -29,16 +31,12 @@ def from_array(array: np.ndarray, cube: Cube | None = None) -> Tree:
         raise TreeError(f"an array of {array.dtype}: Booleans are needed")
     if array.ndim == 0 or len(set(array.shape)) > 1 or array.shape[0].bit_count() != 1:
         raise TreeError(f"an array of shape {array.shape}: equal sides, a power of two, are needed")
+    from trees import kernels
+
     dimension, bits = array.ndim, array.shape[0].bit_length() - 1
-    levels = array.reshape((2,) * (dimension * bits))
-    order = [axis * bits + level for level in range(bits) for axis in range(dimension)]
-    packed = np.packbits(levels.transpose(order).ravel(), bitorder="little")
-    octets = np.zeros(-(-packed.size // 8) * 8, dtype=np.uint8)
-    octets[: packed.size] = packed
-    words = octets.view("<u8").astype(np.uint64)
-    new = np.append(True, words[1:] != words[:-1])
-    starts = np.flatnonzero(new).astype(np.uint64)
-    return of_bricks(_cube(cube, dimension), bits, starts, words[new])
+    corners, offsets = _layout(dimension, bits)
+    words = kernels.gathered(np.ascontiguousarray(array).reshape(-1), corners, offsets)
+    return Tree(_cube(cube, dimension), bits, form_of_words(dimension * bits, words))
 
 
 def to_array(tree: Tree) -> Bool[np.ndarray, "..."]:
@@ -51,11 +49,23 @@ def to_array(tree: Tree) -> Bool[np.ndarray, "..."]:
     """
     if tree.depth > 34:
         raise TooManyPieces(2**tree.depth, MAX_CELLS)
-    words = np.repeat(tree.words, tree.lengths.astype(np.int64)).astype("<u8")
-    flags = np.unpackbits(words.view(np.uint8), count=2**tree.depth, bitorder="little")
-    order = [level * tree.dimension + axis for axis in range(tree.dimension) for level in range(tree.bits)]
-    levels = flags.reshape((2,) * tree.depth).transpose(order)
-    return levels.reshape((2**tree.bits,) * tree.dimension).astype(bool)
+    from trees import kernels
+
+    array = np.zeros(2**tree.depth, dtype=bool)
+    kernels.scattered(flat_words(tree), *_layout(tree.dimension, tree.bits), array)
+    return array.reshape((2**tree.bits,) * tree.dimension)
+
+
+def _layout(dimension: int, bits: int) -> tuple[Int[np.ndarray, " bricks"], Int[np.ndarray, " cells"]]:
+    """Where the first cell of each brick stands in a flat array, and how far from it the cells of a brick."""
+    strides = 2 ** (bits * np.arange(dimension - 1, -1, -1, dtype=np.int64))
+    depth = dimension * bits
+    inside = np.arange(2 ** min(depth, 6), dtype=np.uint64)
+    bricks = np.arange(2 ** max(depth - 6, 0), dtype=np.uint64) << np.uint64(6)
+    corners, offsets = (
+        cells_of_keys(keys, dimension, bits).astype(np.int64) @ strides for keys in (bricks, inside)
+    )
+    return corners, offsets
 
 
 def from_points(

@@ -131,32 +131,108 @@ def unpack(starts, words, bricks, room):
 
 @no_type_check
 @numba.njit(cache=True)
-def merge(starts_a, words_a, starts_b, words_b, operation):
-    """Words combined brick by brick; operation 0 is or, 1 and, 2 exclusive or, 3 and not."""
+def merge(starts_a, words_a, starts_b, words_b, both, first, second):
+    """Entries combined brick by brick: the masks tell which bits of both, of a alone, of b alone stay.
+
+    Steps are additions, not branches, for branches could not be foretold: an entry is written where the
+    next one goes, and stays only if it differs from the one before.
+    """
     starts = np.empty(starts_a.size + starts_b.size, np.uint64)
     words = np.empty(starts_a.size + starts_b.size, np.uint64)
     i, j, n = 0, 0, 0
+    a, b = words_a[0], words_b[0]
+    last = ~((a & b & both) | (a & ~b & first) | (~a & b & second))
     while True:
-        start = max(starts_a[i], starts_b[j])
         a, b = words_a[i], words_b[j]
-        if operation == 0:
-            word = a | b
-        elif operation == 1:
-            word = a & b
-        elif operation == 2:
-            word = a ^ b
-        else:
-            word = a & ~b
-        n = put(starts, words, n, start, word)
+        word = (a & b & both) | (a & ~b & first) | (~a & b & second)
+        starts[n], words[n] = max(starts_a[i], starts_b[j]), word
+        n += int(word != last)
+        last = word
         more_a, more_b = i + 1 < starts_a.size, j + 1 < starts_b.size
-        if not more_a and not more_b:
-            return starts[:n].copy(), words[:n].copy()
-        step_a = more_a and (not more_b or starts_a[i + 1] <= starts_b[j + 1])
-        step_b = more_b and (not more_a or starts_b[j + 1] <= starts_a[i + 1])
-        if step_a:
+        if more_a and more_b:
+            next_a, next_b = starts_a[i + 1], starts_b[j + 1]
+            i += int(next_a <= next_b)
+            j += int(next_b <= next_a)
+        elif more_a:
             i += 1
-        if step_b:
+        elif more_b:
             j += 1
+        else:
+            return starts[:n].copy(), words[:n].copy()
+
+
+@no_type_check
+@numba.njit(cache=True)
+def merge_flat(words_a, words_b, both, first, second):
+    """Words combined one by one, and how many differ from the one before."""
+    words = np.empty(words_a.size, np.uint64)
+    changes = 1
+    a, b = words_a[0], words_b[0]
+    words[0] = (a & b & both) | (a & ~b & first) | (~a & b & second)
+    for i in range(1, words.size):
+        a, b = words_a[i], words_b[i]
+        words[i] = (a & b & both) | (a & ~b & first) | (~a & b & second)
+    for i in range(1, words.size):
+        changes += int(words[i] != words[i - 1])
+    return words, changes
+
+
+@no_type_check
+@numba.njit(cache=True)
+def changes_of(words):
+    """How many words differ from the one before, the first included."""
+    changes = 1
+    for i in range(1, words.size):
+        changes += int(words[i] != words[i - 1])
+    return changes
+
+
+@no_type_check
+@numba.njit(cache=True)
+def squeezed(words, changes):
+    """Starts and words of the runs of equal words, of which there are `changes`."""
+    starts, firsts = np.empty(changes + 1, np.uint64), np.empty(changes + 1, np.uint64)
+    n, last = 0, ~words[0]
+    for i in range(words.size):
+        starts[n], firsts[n] = i, words[i]
+        n += int(words[i] != last)
+        last = words[i]
+    return starts[:n].copy(), firsts[:n].copy()
+
+
+@no_type_check
+@numba.njit(cache=True)
+def spread(starts, words, bricks):
+    """The word of every brick."""
+    flat = np.empty(bricks, np.uint64)
+    for i in range(starts.size):
+        stop = starts[i + 1] if i + 1 < starts.size else np.uint64(bricks)
+        flat[starts[i] : stop] = words[i]
+    return flat
+
+
+@no_type_check
+@numba.njit(cache=True)
+def gathered(array, corners, offsets):
+    """Words of a flat array of Booleans: bit b of word i is the cell at `corners[i] + offsets[b]`."""
+    words = np.empty(corners.size, np.uint64)
+    for i in range(corners.size):
+        word = ZERO
+        for b in range(offsets.size):
+            word |= np.uint64(array[corners[i] + offsets[b]]) << np.uint64(b)
+        words[i] = word
+    return words
+
+
+@no_type_check
+@numba.njit(cache=True)
+def scattered(words, corners, offsets, array):
+    """The inverse of `gathered`, into an array of white cells."""
+    for i in range(corners.size):
+        word = words[i]
+        if word != ZERO:
+            for b in range(offsets.size):
+                array[corners[i] + offsets[b]] = (word >> np.uint64(b)) & ONE == ONE
 
 
 @no_type_check

@@ -7,11 +7,12 @@ from itertools import product
 import numpy as np
 from jaxtyping import UInt64
 
+from trees.bricks import bricks_of, form_of_bricks
 from trees.cube import Cube, steps_between
 from trees.errors import Misaligned, TooManyPieces, TreeError
 from trees.morton import cells_of_keys, check_widths, keys_of_cells
 from trees.shared import Shared, branch, check_depth, combine_shared, deepened, placed, truncated
-from trees.tree import Tree, of_bricks
+from trees.tree import Tree
 
 MAX_RUNS = 2**28
 
@@ -45,7 +46,8 @@ def tree_of_runs(runs: Runs, cube: Cube, bits: int) -> Tree:
 
     check_widths(cube.dimension, bits)
     bricks = np.uint64(2 ** max(cube.dimension * bits - 6, 0))
-    return of_bricks(cube, bits, *kernels.pack(*runs, bricks))
+    depth = cube.dimension * bits
+    return Tree(cube, bits, form_of_bricks(bricks_of(depth, kernels.pack(*runs, bricks))))
 
 
 def at_bits(tree: Tree, bits: int) -> Tree:

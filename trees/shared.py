@@ -7,7 +7,7 @@ from functools import cached_property
 import numpy as np
 from jaxtyping import Bool, Integer, UInt8, UInt32, UInt64
 
-from trees.bricks import Bricks
+from trees.bricks import Bricks, bricks_of
 from trees.errors import TooManyPieces, TreeError
 
 MAX_NODES = 2**28
@@ -145,7 +145,7 @@ def bricks_of_shared(shared: Shared, most: int = 2**28) -> Bricks:
         raise TreeError(f"bricks of a tree of {shared.depth} levels: at most 64 are possible")
     root = np.uint64(shared.root)
     try:
-        return Bricks(shared.depth, *sharing.to_bricks(shared.lows, shared.highs, root, shared.depth, most))
+        return bricks_of(shared.depth, sharing.to_bricks(shared.lows, shared.highs, root, shared.depth, most))
     except OverflowError:
         raise TooManyPieces(most, most) from None
 

@@ -1,4 +1,4 @@
-"""The value: a set of cells of a cube of any dimension, in one of two forms."""
+"""The value: a set of cells of a cube of any dimension, in one of three forms."""
 
 from collections.abc import Iterator
 from dataclasses import dataclass
@@ -7,7 +7,7 @@ from functools import cached_property
 import numpy as np
 from jaxtyping import Bool, Real, UInt64
 
-from trees.bricks import Bricks, brick_mask
+from trees.bricks import Bricks, Flat, brick_mask, bricks_of_flat, check_bricks, form_of_bricks
 from trees.cube import Cube
 from trees.errors import KeyTooWide, TreeError
 from trees.morton import cell_of_key, cells_of_keys, check_widths, keys_of_cells
@@ -18,10 +18,11 @@ from trees.shared import Shared, bricks_of_shared, check_depth, holds_cells, sha
 class Tree:
     """A set of the `2^(dimension * bits)` cells of a cube (Guye 1988, II): immutable, hashable, canonical.
 
-    It is kept as `Bricks`, sorted words of 64 cells, or as a `Shared` binary tree, equal subtrees kept
-    once: the first for sets of any kind, the second for self-similar ones and for cells of more than
-    64 bits in all. Both are canonical, and conversions are exact: trees of equal cube, bits and set are
-    equal, however they were built and kept. `compact` chooses the smaller form.
+    It is kept as `Bricks`, sorted words of 64 cells, as `Flat` words where most of them differ, or as a
+    `Shared` binary tree, equal subtrees kept once: bricks for sets of any kind, the shared form for
+    self-similar ones and for cells of more than 64 bits in all. Each is canonical, and conversions are
+    exact: trees of equal cube, bits and set are equal, however they were built and kept. `compact`
+    chooses the smallest form.
 
     `a | b`, `a & b`, `a ^ b`, `a - b` and `~a` are those of sets (see `trees.algebra`); `cell in tree`,
     `len(tree)` and `for cell in tree` speak of black cells, in Morton order. `len` raises OverflowError
@@ -37,7 +38,7 @@ class Tree:
 
     cube: Cube
     bits: int
-    form: Bricks | Shared
+    form: Bricks | Flat | Shared
 
     def __post_init__(self):
         check_depth(self.dimension, self.bits)
@@ -74,6 +75,8 @@ class Tree:
         """The set as words. Raises `KeyTooWide` above 64 levels, `TooManyPieces` above 2^28 entries."""
         if isinstance(self.form, Bricks):
             return self.form
+        if isinstance(self.form, Flat):
+            return bricks_of_flat(self.form)
         if self.depth > 64:
             raise KeyTooWide(self.dimension, self.bits)
         return bricks_of_shared(self.form)
@@ -81,7 +84,7 @@ class Tree:
     @cached_property
     def as_shared(self) -> Shared:
         """The set as a binary tree with shared nodes. Raises `TooManyPieces` above 2^28 nodes."""
-        return self.form if isinstance(self.form, Shared) else shared_of_bricks(self.form)
+        return self.form if isinstance(self.form, Shared) else shared_of_bricks(self.as_bricks)
 
     @property
     def starts(self) -> UInt64[np.ndarray, " entries"]:
@@ -191,8 +194,10 @@ class Tree:
             return NotImplemented
         if self.cube != other.cube or self.bits != other.bits or self.count != other.count:
             return False
-        if isinstance(self.form, Bricks) and isinstance(other.form, Bricks):
+        if isinstance(self.form, Flat) and isinstance(other.form, Flat):
             return self.form.same(other.form)
+        if not isinstance(self.form, Shared) and not isinstance(other.form, Shared):
+            return self.as_bricks.same(other.as_bricks)
         return self.as_shared.same(other.as_shared)
 
     def __hash__(self) -> int:
@@ -228,7 +233,9 @@ def of_bricks(
 ) -> Tree:
     """The tree of bricks in canonical form: see `Bricks`. Raises `KeyTooWide` above 64 levels."""
     check_widths(cube.dimension, bits)
-    return Tree(cube, bits, Bricks(cube.dimension * bits, starts, words))
+    bricks = Bricks(cube.dimension * bits, starts, words)
+    check_bricks(bricks)
+    return Tree(cube, bits, form_of_bricks(bricks))
 
 
 def empty(cube: Cube, bits: int) -> Tree:
@@ -260,7 +267,7 @@ def compact(tree: Tree) -> Tree:
     >>> x, y = np.indices((256, 256))
     >>> sierpinski = from_array(x & y == 0)
     >>> compact(sierpinski).nbytes, sierpinski.nbytes, compact(sierpinski) == sierpinski
-    (128, 5808, True)
+    (184, 2592, True)
     """
     if tree.depth > 64 or tree.as_shared.nbytes < tree.form.nbytes:
         return Tree(tree.cube, tree.bits, tree.as_shared)
@@ -273,7 +280,7 @@ def _uniform(cube: Cube, bits: int, colour: int, shared: bool = False) -> Tree:
         none = np.zeros(0, dtype=np.uint32)
         return Tree(cube, bits, Shared(depth, colour, none, none))
     word = np.array([brick_mask(depth) * colour], dtype=np.uint64)
-    return Tree(cube, bits, Bricks(depth, np.zeros(1, np.uint64), word))
+    return Tree(cube, bits, form_of_bricks(Bricks(depth, np.zeros(1, np.uint64), word)))
 
 
 def _combined(a: Tree, b: object, operation: str) -> Tree:
