@@ -1,7 +1,6 @@
-"""Codes, files, predicates and points in mm: what a tree is made from and turned into."""
+"""Codes, predicates and points in mm: what a tree is made from and turned into."""
 
 import doctest
-import hashlib
 import importlib
 import pkgutil
 import subprocess
@@ -17,7 +16,6 @@ import trees
 from trees import (
     CodeError,
     Cube,
-    DamagedFile,
     KeyTooWide,
     TreeError,
     depth_first_code,
@@ -32,13 +30,10 @@ from trees import (
     from_reals,
     leaf_codes,
     post_order_code,
-    read_tree,
     to_array,
     unit_cube,
-    write_tree,
 )
 from trees.codes import AROUND
-from trees.files import from_bytes, to_bytes
 
 DEPTH_FIRST, POST_ORDER = "2 2 0 0 0 1 0 2 0 0 0 1 1", "0 0 0 1 2 0 0 0 0 1 2 1 2"
 BLACK, WHITE = ["03", "23", "3X"], ["00", "01", "02", "1X", "20", "21", "22"]
@@ -144,48 +139,6 @@ def test_codes_refuse_what_they_cannot_say():
         leaf_codes(empty(unit_cube(6), 1))
     with pytest.raises(TreeError, match="each of 0 to 3"):
         depth_first_code(empty(unit_cube(2), 1), (0, 1, 2, 2))
-
-
-def test_files(tmp_path):
-    tree = from_points(np.random.default_rng(1).integers(0, 64, (500, 3)), 6, Cube((-1.0, 0.5, 3.0), 3.0))
-    write_tree(tree, tmp_path / "a.tree")
-    assert read_tree(tmp_path / "a.tree") == tree
-    assert to_bytes(tree) == to_bytes((tree | tree) - empty(tree.cube, 2))
-    assert [path.name for path in tmp_path.iterdir()] == ["a.tree"]
-    with pytest.raises(FileNotFoundError):
-        write_tree(tree, tmp_path / "none" / "a.tree")
-
-
-def test_every_damage_is_found(tmp_path):
-    good = to_bytes(from_points([[1, 5], [7, 7]], 3))
-    for i in range(len(good)):
-        with pytest.raises(DamagedFile):
-            from_bytes(good[:i])
-        with pytest.raises(DamagedFile):
-            from_bytes(good[:i] + bytes([good[i] ^ 4]) + good[i + 1 :])
-    with pytest.raises(DamagedFile):
-        from_bytes(good + b"\0")
-    (tmp_path / "cut").write_bytes(good[:-1])
-    with pytest.raises(DamagedFile, match="cut: "):
-        read_tree(tmp_path / "cut")
-
-
-@pytest.mark.parametrize(
-    ("offset", "value"),
-    [
-        (8, (70).to_bytes(4, "little")),  # dimension
-        (12, (60).to_bytes(4, "little")),  # bits
-        (16, (2**60).to_bytes(8, "little")),  # entries
-        (24, np.float64(np.nan).tobytes()),  # origin
-        (40, np.float64(-1).tobytes()),  # size
-        (48, (5).to_bytes(8, "little")),  # first start
-    ],
-)
-def test_hostile_files_with_a_right_checksum(offset, value):
-    body = to_bytes(from_points([[1, 5], [7, 7]], 3))[:-32]
-    forged = body[:offset] + value + body[offset + len(value) :]
-    with pytest.raises(DamagedFile):
-        from_bytes(forged + hashlib.sha256(forged).digest())
 
 
 def ball(lows: np.ndarray, highs: np.ndarray) -> np.ndarray:

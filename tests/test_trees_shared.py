@@ -24,9 +24,12 @@ from trees import (
     to_array,
     unit_cube,
 )
-from trees.errors import KeyTooWide
+from trees.errors import DamagedFile, KeyTooWide
+from trees.files import from_bytes, read_tree, to_bytes, write_tree
+from trees.measures import moments
 from trees.runs import embed
 from trees.shared import Shared, check_nodes
+from trees.topology import face_counts
 
 SIZES = {1: 9, 2: 4, 3: 3, 4: 2, 6: 1}
 
@@ -213,3 +216,32 @@ def test_nodes_from_outside_are_checked():
         check_nodes(Shared(4, 5, ok.lows, ok.highs))
     with pytest.raises(TreeError, match="1 halvings deep"):
         check_nodes(Shared(1, ok.root, ok.lows, ok.highs))
+
+
+def test_measures_of_nodes_are_those_of_words():
+    rng = np.random.default_rng(4)
+    for dimension, bits in ((1, 6), (2, 3), (3, 2), (3, 3), (4, 2), (2, 0)):
+        tree = from_array(rng.random((2**bits,) * dimension) < 0.6)
+        assert dict(moments(shared(tree), 3).table) == dict(moments(tree, 3).table)
+        assert face_counts(shared(tree)) == face_counts(tree)
+    rules = {"t": ["t", False, False, "t", False, "t", "t", False]}
+    tetrahedron = from_substitution(rules, "t", bits=20)
+    assert face_counts(tetrahedron) == (2 * 4**20,) * 3
+    assert moments(tetrahedron, 1).centroid.tolist() == [0.5, 0.5, 0.5]
+
+
+def test_files_of_shared_trees(tmp_path):
+    wide = from_points([[1, 2, 2**40 - 1], [5, 5, 5]], bits=40)
+    board = compact(from_array(np.indices((64, 64)).prod(axis=0) % 7 == 0))
+    for tree in (wide, board, empty(wide.cube, 40), full(wide.cube, 40), shared(board)):
+        write_tree(tree, tmp_path / "a.tree")
+        again = read_tree(tmp_path / "a.tree")
+        assert again == tree
+        assert type(again.form) is type(tree.form)
+    data = to_bytes(wide)
+    for place in range(0, len(data), 3):
+        changed = data[:place] + bytes([data[place] ^ 4]) + data[place + 1 :]
+        with pytest.raises(DamagedFile):
+            from_bytes(changed)
+        with pytest.raises(DamagedFile):
+            from_bytes(data[:place])

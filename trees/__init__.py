@@ -12,7 +12,16 @@ from trees.codes import (
 )
 from trees.cube import Cube, unit_cube
 from trees.errors import CodeError, DamagedFile, KeyTooWide, Misaligned, TooManyPieces, TreeError
-from trees.files import read_tree, write_tree
+from trees.files import (
+    map_tree,
+    read_hypertree_grid,
+    read_tree,
+    read_vdb,
+    write_hypertree_grid,
+    write_tree,
+    write_vdb,
+)
+from trees.hilbert import cells_of_hilbert, hilbert_cells, hilbert_indices
 from trees.leaves import Leaves, leaves
 from trees.predicate import from_predicate
 from trees.reals import from_reals
@@ -29,6 +38,7 @@ __all__ = [
     "TooManyPieces",
     "Tree",
     "TreeError",
+    "cells_of_hilbert",
     "compact",
     "depth_first_code",
     "distance",
@@ -44,13 +54,20 @@ __all__ = [
     "from_states",
     "from_substitution",
     "full",
+    "hilbert_cells",
+    "hilbert_indices",
     "leaf_codes",
     "leaves",
+    "map_tree",
     "post_order_code",
+    "read_hypertree_grid",
     "read_tree",
+    "read_vdb",
     "to_array",
     "to_morton",
     "to_points",
     "unit_cube",
+    "write_hypertree_grid",
     "write_tree",
+    "write_vdb",
 ]

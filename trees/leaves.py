@@ -5,7 +5,7 @@ from dataclasses import dataclass
 import numpy as np
 from jaxtyping import Float, Int, UInt64
 
-from trees.errors import TooManyPieces
+from trees.errors import TooManyPieces, TreeError
 from trees.morton import cells_of_keys
 from trees.runs import MAX_RUNS, black_runs
 from trees.tree import Tree
@@ -13,7 +13,7 @@ from trees.tree import Tree
 
 @dataclass(frozen=True)
 class Leaves:
-    """Leaves in Morton order: the level of each (0 is the root), first Morton key, and corners in mm."""
+    """Leaves in order: the level of each (0 is the root), first Morton key, and corners in mm."""
 
     levels: Int[np.ndarray, " leaves"]
     keys: UInt64[np.ndarray, " leaves"]
@@ -24,21 +24,31 @@ class Leaves:
         return len(self.levels)
 
 
-def leaves(tree: Tree, binary: bool = False) -> Leaves:
+def leaves(tree: Tree, binary: bool = False, order: str = "morton") -> Leaves:
     """The black leaves of the 2^k-tree, or with `binary` those of the binary tree that emulates it.
 
     The leaves of a 2^k-tree are cubes of edge `size / 2^level`; those of the binary tree are halved on one
     axis after the other, so a level is one halving. `leaves(~tree)` are the white ones.
 
-    Raises `TooManyPieces` above 2^28 leaves.
+    The order is "morton", or "hilbert": along the curve of `trees.hilbert`, on which each cube is an
+    interval. Boxes of the binary tree are not, so these have Morton order alone.
+
+    Raises `TooManyPieces` above 2^28 leaves, `TreeError` for another order.
 
     >>> from trees import from_points
     >>> tree = from_points([[1, 1], [2, 0], [3, 0], [2, 1], [3, 1]], bits=2)
     >>> leaves(tree).levels.tolist(), leaves(tree).lows.tolist()
     ([2, 1], [[0.25, 0.25], [0.5, 0.0]])
     """
+    if order not in ("morton", "hilbert") or (binary and order == "hilbert"):
+        raise TreeError(f"order {order!r}: 'morton' is needed, or, for cubes, 'hilbert'")
     step = 1 if binary else tree.dimension
     first, last = leaf_runs(tree, step)
+    if order == "hilbert":
+        from trees.hilbert import hilbert_of_morton
+
+        along = np.argsort(hilbert_of_morton(first, tree.dimension, tree.bits))
+        first, last = first[along], last[along]
     depths = np.bitwise_count(last - first).astype(np.int64)
     levels = (tree.depth - depths) // step
     cells = cells_of_keys(first, tree.dimension, tree.bits).astype(np.float64)
