@@ -22,7 +22,8 @@ format: $(READY)
 	$(RUN) ruff check --fix .
 	$(RUN) ruff format .
 
-bench: $(READY)
+bench: $(READY) | $(UV)
+	$(UV) sync --frozen --inexact --group bench
 	$(RUN) bench
 
 gallery: $(READY)
