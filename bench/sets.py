@@ -15,7 +15,7 @@ import subprocess
 import sys
 import tempfile
 import time
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Mapping
 from pathlib import Path
 
 import numpy as np
@@ -73,7 +73,18 @@ def attractor(side: int) -> np.ndarray:
     return cells
 
 
-SHAPES = {"Menger sponge": menger, "sphere": sphere, "Takagi surface": takagi, "random attractor": attractor}
+def noise(side: int) -> np.ndarray:
+    """Cells taken at random, one in three."""
+    return np.random.default_rng(5).random((side,) * 3, dtype=np.float32) < 1 / 3
+
+
+SHAPES = {
+    "Menger sponge": menger,
+    "sphere": sphere,
+    "Takagi surface": takagi,
+    "random attractor": attractor,
+    "noise": noise,
+}
 
 
 def least(action: Callable[[], object], runs: int = 3) -> float:
@@ -113,7 +124,7 @@ def report(side: int = 512) -> Iterator[str]:
                 start = time.perf_counter()
                 turned = homography(small, turn)
                 yield f"  turned, at {side // 2}^3: {time.perf_counter() - start:.2f} s, {turned.count} cells"
-    yield from _cloud()
+        yield from _cloud(program, Path(folder))
     yield from _self_similar()
 
 
@@ -130,15 +141,12 @@ def _shape(name: str, array: np.ndarray, tree, program: Path | None, folder: Pat
     yield f"  from an array {1e3 * building[0]:.0f}, by NumPy's packbits {1e3 * building[1]:.0f}"
     peers = _openvdb(program, folder, tree, other)
     bits = [np.packbits(array).view(np.uint64), np.packbits(np.roll(array, 5, 0)).view(np.uint64)]
-    for sign, own, dense in (
-        ("or", lambda: tree | other, lambda: bits[0] | bits[1]),
-        ("and", lambda: tree & other, lambda: bits[0] & bits[1]),
-        ("minus", lambda: tree - other, lambda: bits[0] & ~bits[1]),
-    ):
-        line = f"  {sign}: {1e3 * least(own, 5):.2f}, dense bits {1e3 * least(dense, 5):.2f}"
-        if peers:
-            line += f", OpenVDB {1e3 * peers[sign]:.2f} in place + {1e3 * peers['copy']:.2f} to copy"
-        yield line
+    dense = {
+        "or": lambda: bits[0] | bits[1],
+        "and": lambda: bits[0] & bits[1],
+        "minus": lambda: bits[0] & ~bits[1],
+    }
+    yield from _boolean(tree, other, peers, dense)
     sizes = tree.nbytes / 1e6, compact(tree).nbytes / 1e6, array.size / 8e6
     memory = f"  memory: {sizes[0]:.2f}, in the smaller form {sizes[1]:.2f}, dense bits {sizes[2]:.1f}"
     yield memory + (f", OpenVDB {peers['bytes'] / 1e6:.2f}" if peers else "")
@@ -148,11 +156,28 @@ def _shape(name: str, array: np.ndarray, tree, program: Path | None, folder: Pat
     yield _moments(name, array, lambda: moments(tree, 3))
 
 
+def _boolean(
+    tree, other, peers: dict[str, float], dense: Mapping[str, Callable[[], object]] | None = None
+) -> Iterator[str]:
+    for sign, own in (
+        ("or", lambda: tree | other),
+        ("and", lambda: tree & other),
+        ("minus", lambda: tree - other),
+    ):
+        line = f"  {sign}: {1e3 * least(own, 5):.2f}"
+        if dense:
+            line += f", dense bits {1e3 * least(dense[sign], 5):.2f}"
+        if peers:
+            line += f", OpenVDB {1e3 * peers[sign]:.2f} in place + {1e3 * peers['copy']:.2f} to copy"
+        yield line
+
+
 def _dilation(name: str, array: np.ndarray, own: Callable[[], object], peers: dict[str, float]) -> str:
     line = f"  ball of {RADIUS} cells added: {1e3 * least(own, 2):.0f}"
     if peers:
         ball, faces = 1e3 * peers["dilate by a ball"], 1e3 * peers["dilate by faces"]
-        line += f", OpenVDB {ball:.0f} by a level set, {faces:.0f} by steps of faces"
+        line += f", OpenVDB {faces:.0f} by steps of faces"
+        line += f", {ball:.0f} by a level set" if ball > 0 else ""
     if name == "sphere" and len(array) <= 512:
         from scipy.ndimage import distance_transform_edt
 
@@ -169,7 +194,7 @@ def _moments(name: str, array: np.ndarray, own: Callable[[], object]) -> str:
     return line
 
 
-def _cloud() -> Iterator[str]:
+def _cloud(program: Path | None, folder: Path) -> Iterator[str]:
     """Ten million points of a cube of 2^20 cells a side, on a random surface."""
     from trees import from_points
 
@@ -184,6 +209,11 @@ def _cloud() -> Iterator[str]:
     yield f"ten million points at 2^20 a side: {seconds:.2f} s, {tree.nbytes / 1e6:.0f} MB"
     yield f"  np.unique of their rows: {peer:.2f} s"
     yield f"  or: {1e3 * least(lambda: tree | other):.0f}, and: {1e3 * least(lambda: tree & other):.0f}"
+    few, others = (from_points(points[: 10**6] + np.array([0, 0, step]), 20) for step in (0, 1))
+    peers = _openvdb(program, folder, few, others)
+    line = f"one million of them: {few.nbytes / 1e6:.0f} MB"
+    yield line + (f", OpenVDB {peers['bytes'] / 1e6:.0f} MB" if peers else "")
+    yield from _boolean(few, others, peers)
 
 
 def _self_similar() -> Iterator[str]:

@@ -39,11 +39,15 @@ def combine(a: Tree, b: Tree, operation: str) -> Tree:
     a, b = aligned(a, b)
     if _better_shared(a, b):
         return Tree(a.cube, a.bits, combine_shared(a.as_shared, b.as_shared, list(STAYS).index(operation)))
-    masks = [np.uint64(FULL if stays else 0) for stays in STAYS[operation]]
+    both, first, second = (np.uint64(FULL if stays else 0) for stays in STAYS[operation])
     if isinstance(a.form, Flat) or isinstance(b.form, Flat):
-        form = form_of_words(a.depth, *kernels.merge_flat(flat_words(a), flat_words(b), *masks))
+        one, other = flat_words(a), flat_words(b)
+        result = np.empty_like(one)  # NumPy's arrays stand on huge pages, those of kernels do not
+        form = form_of_words(a.depth, result, kernels.merge_flat(one, other, both, first, second, result))
     else:
-        form = form_of_bricks(bricks_of(a.depth, kernels.merge(a.starts, a.words, b.starts, b.words, *masks)))
+        starts, words = np.empty((2, len(a.words) + len(b.words)), dtype=np.uint64)
+        count = kernels.merge(a.starts, a.words, b.starts, b.words, both, first, second, starts, words)
+        form = form_of_bricks(bricks_of(a.depth, (starts[:count].copy(), words[:count].copy())))
     return Tree(a.cube, a.bits, form)
 
 

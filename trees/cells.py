@@ -110,7 +110,8 @@ def from_morton(keys: Real[np.ndarray, " keys"], cube: Cube, bits: int) -> Tree:
     if outside.any():
         row = int(np.argmax(outside))
         raise TreeError(f"key {row} is {keys[row]}, outside 0 to {2**depth - 1}")
-    rising = np.unique(keys.astype(np.uint64))
+    # Sorting and comparing is many times faster than np.unique; equal keys make no jump.
+    rising = np.sort(keys.astype(np.uint64))
     jumps = rising[1:] - rising[:-1] > np.uint64(1)
     lows = rising[np.append(np.ones(min(rising.size, 1), bool), jumps)]
     highs = rising[np.append(jumps, np.ones(min(rising.size, 1), bool))]

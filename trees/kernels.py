@@ -131,14 +131,12 @@ def unpack(starts, words, bricks, room):
 
 @no_type_check
 @numba.njit(cache=True)
-def merge(starts_a, words_a, starts_b, words_b, both, first, second):
+def merge(starts_a, words_a, starts_b, words_b, both, first, second, starts, words):
     """Entries combined brick by brick: the masks tell which bits of both, of a alone, of b alone stay.
 
     Steps are additions, not branches, for branches could not be foretold: an entry is written where the
-    next one goes, and stays only if it differs from the one before.
+    next one goes, and stays only if it differs from the one before. Returns how many there are.
     """
-    starts = np.empty(starts_a.size + starts_b.size, np.uint64)
-    words = np.empty(starts_a.size + starts_b.size, np.uint64)
     i, j, n = 0, 0, 0
     a, b = words_a[0], words_b[0]
     last = ~((a & b & both) | (a & ~b & first) | (~a & b & second))
@@ -158,33 +156,40 @@ def merge(starts_a, words_a, starts_b, words_b, both, first, second):
         elif more_b:
             j += 1
         else:
-            return starts[:n].copy(), words[:n].copy()
+            return n
 
 
 @no_type_check
 @numba.njit(cache=True)
-def merge_flat(words_a, words_b, both, first, second):
-    """Words combined one by one, and how many differ from the one before."""
-    words = np.empty(words_a.size, np.uint64)
+def merge_flat(words_a, words_b, both, first, second, words):
+    """Words combined one by one, into `words`; returns how many differ from the one before."""
     changes = 1
-    a, b = words_a[0], words_b[0]
-    words[0] = (a & b & both) | (a & ~b & first) | (~a & b & second)
-    for i in range(1, words.size):
-        a, b = words_a[i], words_b[i]
-        words[i] = (a & b & both) | (a & ~b & first) | (~a & b & second)
-    for i in range(1, words.size):
-        changes += int(words[i] != words[i - 1])
-    return words, changes
+    for begin in range(0, words.size, 1024):  # words are compared while they are still in the cache
+        end = min(begin + 1024, words.size)
+        # Loops over slices from 0 on are those that the compiler makes vector code of.
+        a, b, out = words_a[begin:end], words_b[begin:end], words[begin:end]
+        for i in range(out.size):
+            out[i] = (a[i] & b[i] & both) | (a[i] & ~b[i] & first) | (~a[i] & b[i] & second)
+        changes += int(begin > 0 and words[begin] != words[begin - 1]) + differing(out)
+    return changes
 
 
 @no_type_check
 @numba.njit(cache=True)
 def changes_of(words):
     """How many words differ from the one before, the first included."""
-    changes = 1
-    for i in range(1, words.size):
-        changes += int(words[i] != words[i - 1])
-    return changes
+    return 1 + differing(words)
+
+
+@no_type_check
+@numba.njit(cache=True)
+def differing(words):
+    """How many words differ from the one before."""
+    before, after = words[:-1], words[1:]
+    found = 0
+    for i in range(after.size):
+        found += int(before[i] != after[i])
+    return found
 
 
 @no_type_check

@@ -84,8 +84,7 @@ def _pieces(tree: Tree, order: int) -> tuple[list[list[list[int]] | None], Int[n
     parents, axes = _parents(found)
     degrees = np.array([sum(a) for a in found])
     upto = np.searchsorted(degrees, np.arange(order + 1), side="right")
-    words = np.arange(4096, dtype=np.uint64)
-    near = _near(k, words)
+    near = _near(k)
     total = kernels.products(
         tree.starts, tree.words, np.uint64(tree.bricks), _octets(k, order), near, parents, axes, degrees,
         upto, cuts, radix, limbs, rooms,
@@ -115,8 +114,10 @@ def _parents(found: tuple[Exponent, ...]) -> tuple[Int[np.ndarray, " n"], Int[np
     return parents, axes
 
 
-def _near(k: int, numbers: UInt64[np.ndarray, " n"]) -> UInt64[np.ndarray, "n dim"]:
-    """The coordinates of the first cell of each of these bricks."""
+@lru_cache
+def _near(k: int) -> UInt64[np.ndarray, "4096 dim"]:
+    """The coordinates of the first cells of the first 4096 bricks."""
+    numbers = np.arange(4096, dtype=np.uint64)
     cells = np.zeros((len(numbers), k), np.uint64)
     for place in range(6, 18):
         bit = (numbers >> np.uint64(place - 6)) & np.uint64(1)
