@@ -2,24 +2,44 @@
 
 from fld.behaviour import Behaviour, behaviour
 from fld.classes import Region, named
+from fld.cone import Cone, Spiral
+from fld.derivative import Derivative, Derivatives, derivatives
 from fld.error import Collapsed, NotACurve
+from fld.expansion import Bend, Expansion, Term, expansions
+from fld.exponent import Orders, orders
 from fld.order import critical_order, parametrisation
+from fld.parts import WrongParts
 from fld.regions import Facts, Map, classify, regions
 from fld.tangent import HalfTangent, half_tangents
+from fld.watch import Watched, watch
 
 __all__ = [
     "Behaviour",
+    "Bend",
     "Collapsed",
+    "Cone",
+    "Derivative",
+    "Derivatives",
+    "Expansion",
     "Facts",
     "HalfTangent",
     "Map",
     "NotACurve",
+    "Orders",
     "Region",
+    "Spiral",
+    "Term",
+    "Watched",
+    "WrongParts",
     "behaviour",
     "classify",
     "critical_order",
+    "derivatives",
+    "expansions",
     "half_tangents",
     "named",
+    "orders",
     "parametrisation",
     "regions",
+    "watch",
 ]

@@ -8,10 +8,12 @@ from typing import Any
 import numpy as np
 from jaxtyping import Float
 
-from fld.address import Address, parse_address, twin
-from fld.curve import Curve, curve, fixed_point
-from fld.order import dominant_moduli, ratios, solved_order
-from fld.tangent import HalfTangent, half_tangent
+from fld.address import parse_address
+from fld.curve import curve, fixed_point
+from fld.local import sides
+from fld.order import dominant_moduli, solved_order
+from fld.parts import Chosen, chosen, parameter
+from fld.tangent import HalfTangent, seen
 from ifs import Shape
 
 _SAME_ANGLE = 1e-6  # degrees
@@ -73,16 +75,17 @@ class Behaviour:
         return "\n".join(lines)
 
 
-def behaviour(shape: Shape, address: str) -> Behaviour:
-    """The differential behaviour at an address: a finite word, then one label repeated for ever.
+def behaviour(shape: Shape, address: str, parametrisation: Chosen = "natural") -> Behaviour:
+    """The differential behaviour at an address: a finite word, then another repeated for ever.
 
     `"0"` and `"(0)*"` are the start of a curve whose labels are 0 and 1, `"1"` its end, `"1 0"` the
     joint of its two pieces. A joint has two addresses; each side is taken from its own (equations
     4.7 and 4.8: the linear part of T_w carries what happens at the fixed point). A fixed
     point inside the curve has both sides at its one address (equation 4.5).
 
-    Raises `ValueError` for an address that cannot be read or has an unknown label, and what `critical_order`
-    raises. Source: Gentil 2010, section 4.2.2.
+    `parametrisation` is "natural", "uniform" or the part of each label: orders and sizes depend on it,
+    directions do not. Raises `ValueError` for an address that cannot be read, has an unknown label, or wrong
+    parts, and what `critical_order` raises. Source: Gentil 2010, section 4.2.2.
 
     >>> import ifs
     >>> behaviour(ifs.shape("corner-cutting"), "1 0").joint
@@ -91,13 +94,9 @@ def behaviour(shape: Shape, address: str) -> Behaviour:
     own = curve(shape)
     where = parse_address(address, own)
     moduli = dominant_moduli(own)
-    parts = ratios(moduli)
-    other = twin(where, own)
-    left, right = (half_tangent(own, parts, where, which) for which in ("left", "right"))
-    if other is not None:
-        left = left or half_tangent(own, parts, other, "left")
-        right = right or half_tangent(own, parts, other, "right")
-    point = own.operator(where.word) @ fixed_point(own.operator((where.repeat,)))
+    parts = chosen(own, parametrisation)
+    left, right = (found and seen(found) for found in sides(own, parts, where))
+    point = own.operator(where.word) @ fixed_point(own.operator(where.repeat))
     return Behaviour(
         shape.name,
         str(where),
@@ -109,21 +108,6 @@ def behaviour(shape: Shape, address: str) -> Behaviour:
         right,
         joint(left, right),
     )
-
-
-def parameter(curve: Curve, parts: Mapping[str, float], address: Address) -> float:
-    """The place in [0, 1] of an address under `tau_i(t) = r_i t + sum of the r_j before i`."""
-    starts = {}
-    start = 0.0
-    for label in curve.labels:
-        starts[label] = start
-        start += parts[label]
-    place = starts[address.repeat] / (1 - parts[address.repeat])
-    if address.repeat == curve.labels[-1]:
-        place = 1.0
-    for label in reversed(address.word):
-        place = starts[label] + parts[label] * place
-    return place
 
 
 def joint(left: HalfTangent | None, right: HalfTangent | None) -> str | None:

@@ -1,40 +1,37 @@
 """On which side of a hyperplane a part of a curve lies, with proof."""
 
-from collections.abc import Sequence
-
 import numpy as np
-from jaxtyping import Float
 
-from fld.curve import Curve
-from ifs import extent
+from fld.pieces import MOST, Pieces
 
 _MARGIN = 1e-10
 _LEVELS = 24
-_PIECES = 20_000
-
-Row = Float[np.ndarray, "points"]
 
 
-def side(curve: Curve, row: Row, pieces: Sequence[Float[np.ndarray, "points points"]]) -> int | None:
-    """The sign of `row p` over all points p of the pieces `T A` of the attractor A, T in `pieces`.
+def side(pieces: Pieces) -> int | None:
+    """The sign of the one coordinate of pieces, over all their points.
 
     1 or -1 when one strict sign is proven for all, 0 when there are proven points of both signs, None when it
-    stays open: the value comes within 1e-10 (of the largest entry of `row`) to 0 without changing sign, or
-    the refinement is not deep enough to tell. Raises what `ifs.bounds` raises.
+    stays open: the value comes within 1e-10 (of the largest entry of a piece's row) to 0 without changing
+    sign, or the refinement is not deep enough to tell. Raises what `ifs.bounds` raises.
     """
-    rows = np.array([row @ piece for piece in pieces]) / np.abs(row).max()
-    steps = np.stack(curve.operators)
+    sizes = np.abs(pieces.matrices).max(axis=(1, 2))
+    if not (sizes > 0).all():
+        return None
+    pieces = Pieces(
+        pieces.curve, pieces.parts, pieces.matrices / sizes[:, None, None], pieces.offsets, pieces.sizes
+    )
     signs: set[int] = set()
     for _ in range(_LEVELS):
-        lo, hi = (end[:, 0] for end in extent(curve.box, rows[:, :, None]))
+        lo, hi = (end[:, 0] for end in pieces.boxes())
         signs |= {1} if (lo > _MARGIN).any() else set()
         signs |= {-1} if (hi < -_MARGIN).any() else set()
         if len(signs) == 2:
             return 0
-        rows = rows[(lo <= _MARGIN) & (hi >= -_MARGIN)]
-        if len(rows) == 0:
+        pieces = pieces.chosen((lo <= _MARGIN) & (hi >= -_MARGIN))
+        if len(pieces) == 0:
             return signs.pop()
-        if len(rows) * len(steps) > _PIECES:
+        if len(pieces) * len(pieces.curve.labels) > MOST:
             return None
-        rows = np.einsum("rj,ljk->rlk", rows, steps).reshape(-1, rows.shape[1])
+        pieces = pieces.divided()
     return None

@@ -9,14 +9,13 @@ import numpy as np
 from jaxtyping import Float
 
 from fld.address import Address
-from fld.curve import Column, Curve, curve, fixed_point
-from fld.directions import Directions, projected, span, spanned, transported, visible
+from fld.cone import Cone, Spiral, cone, spiral, written
+from fld.curve import Curve, curve
+from fld.local import Local, Side, local
 from fld.order import dominant_moduli, ratios
 from fld.sides import side
-from fld.spectrum import Dominant, dominant
 from ifs import Shape
 
-Side = Literal["left", "right"]
 Status = Literal[
     "half-tangent", "undecided", "oscillates", "unoriented", "spiral", "several directions", "constant"
 ]
@@ -43,7 +42,11 @@ class HalfTangent:
     distances shrink like `h^order log(1/h)^(m-1)`. For a half-tangent with m = 1, `size` is the limit in mm
     of `distance / h^order` along the ends of the pieces (`|a_i v_i|` or `|b_i v_i|` of equation 4.5, carried
     along by 4.7 or 4.8); the local fractional derivative of that order, where it exists, has the length
-    `Gamma(1 + order) size`.
+    `Gamma(1 + order) size` (see `fld.derivatives`).
+
+    `cone` holds the directions that chords keep coming back to where they oscillate: two opposite ones, or an
+    angle with its bounds. Where the curve lies on both sides of a line, chords also turn, ever faster
+    against h, through the directions between the two opposite ones. `spiral` says how the curve turns.
     """
 
     side: Side
@@ -55,6 +58,8 @@ class HalfTangent:
     block: int
     size: float | None
     words: str
+    cone: Cone | None = None
+    spiral: Spiral | None = None
 
     def as_data(self) -> dict[str, Any]:
         """The same as plain lists and numbers, ready for JSON; eigenvalues are `[real, imaginary]`."""
@@ -68,6 +73,8 @@ class HalfTangent:
             "block": self.block,
             "size": self.size,
             "words": self.words,
+            "cone": self.cone.as_data() if self.cone else None,
+            "spiral": self.spiral.as_data() if self.spiral else None,
         }
 
 
@@ -91,8 +98,8 @@ def half_tangents(shape: Shape) -> tuple[HalfTangent, HalfTangent]:
     """
     own = curve(shape)
     parts = ratios(dominant_moduli(own))
-    right = half_tangent(own, parts, Address((), own.labels[0]), "right")
-    left = half_tangent(own, parts, Address((), own.labels[-1]), "left")
+    right = half_tangent(own, parts, Address((), (own.labels[0],)), "right")
+    left = half_tangent(own, parts, Address((), (own.labels[-1],)), "left")
     assert right is not None
     assert left is not None
     return right, left
@@ -102,93 +109,76 @@ def half_tangent(
     curve: Curve, parts: Mapping[str, float], address: Address, which: Side
 ) -> HalfTangent | None:
     """One side of a point; None where the piece `word` of the address has nothing on that side."""
-    place = curve.labels.index(address.repeat)
-    rest = curve.operators[place + 1 :] if which == "right" else curve.operators[:place]
-    if not rest:
-        return None
-    operator = curve.operators[place]
-    point = fixed_point(operator)
-    directions, logarithm = _local(curve, address, rest, point)
-    spectrum = dominant(directions.linear[0])
-    far = fixed_point(curve.operators[-1 if which == "right" else 0])
-    found = _Found(curve, directions, spectrum, rest, point, far)
-    status, vector, along = found.verdict()
-    order = math.log(spectrum.modulus) / math.log(parts[address.repeat]) if status != "constant" else None
+    found = local(curve, parts, address, which)
+    return None if found is None else seen(found)
+
+
+def seen(found: Local) -> HalfTangent:
+    """The half-tangent of one side of a point."""
+    spectrum = found.spectrum
+    status, vector, along = _verdict(found)
+    order = found.order(spectrum.modulus) if status != "constant" else None
     size = None
     if vector is not None and order is not None and status == "half-tangent" and spectrum.block == 1:
-        reach = _reach(parts, address.repeat, which)
-        shrunk = math.log(reach) + sum(math.log(parts[label]) for label in address.word)
-        size = math.exp(logarithm + math.log(np.linalg.norm(vector) * abs(along)) - order * shrunk)
+        shrunk = math.log(found.reach()) + found.start
+        size = math.exp(found.fade + math.log(np.linalg.norm(vector) * abs(along)) - order * shrunk)
     direction = None if vector is None else vector / np.linalg.norm(vector)
-    words = _words(status, direction, order, spectrum, size)
+    opening = cone(found) if status in ("several directions", "oscillates") else None
+    if opening is None and status in ("oscillates", "unoriented") and direction is not None:
+        opening = Cone(np.array([direction, -direction]), None, None)
+    turning = spiral(found) if status == "spiral" else None
+    values = tuple(found.eigenvalue(value) for value in spectrum.eigenvalues)
+    words = _words(found, status, direction, order, size, opening, turning)
     return HalfTangent(
-        which, str(address), status, direction, order, spectrum.eigenvalues, spectrum.block, size, words
+        found.side,
+        str(found.address),
+        status,
+        direction,
+        order,
+        values,
+        spectrum.block,
+        size,
+        words,
+        opening,
+        turning,
     )
 
 
-def _local(curve: Curve, address: Address, rest: tuple, point: Column) -> tuple[Directions, float]:
-    """The directions that count on one side of a point, drawn as seen through the word before it."""
-    whole, start = spanned(curve), fixed_point(curve.operators[0])
-    place = curve.labels.index(address.repeat)
-    rows = [row for piece in rest for row in (piece @ start - point, *(whole @ piece.T))]
-    basis = span(np.array(rows), [curve.operators[place]])
-    image, logarithm = transported(curve, address.word, basis)
-    return visible(basis, [curve.operators[place]], projected(curve, image)), logarithm
+def _verdict(found: Local) -> tuple[Status, Float[np.ndarray, "dim"] | None, float]:
+    """The status, a vector in its direction, and the component of the far end along that vector."""
+    values, ranks = found.spectrum.values, found.spectrum.ranks
+    if not values:
+        return "constant", None, 0.0
+    if len(values) == 1 and ranks[0] == 1:
+        return _single(found, values[0].real)
+    if len(values) == 1:
+        return "several directions", None, 0.0
+    if len(values) == 2 and ranks == (1, 1) and values[0].imag != 0 and _turns(found):
+        return "spiral", None, 0.0
+    return "oscillates", None, 0.0
 
 
-def _reach(parts: Mapping[str, float], repeat: str, which: Side) -> float:
-    """The distance in parameter from the point `repeat^omega` to the end of the curve on one side."""
-    labels = list(parts)
-    before = math.fsum(parts[label] for label in labels[: labels.index(repeat)])
-    after = math.fsum(parts[label] for label in labels[labels.index(repeat) + 1 :])
-    return (after if which == "right" else before) / (before + after)
+def _single(found: Local, value: float) -> tuple[Status, Float[np.ndarray, "dim"], float]:
+    columns, sizes, rows = np.linalg.svd(np.real(found.spectrum.leading[0]))
+    vector = columns[:, 0] * sizes[0] @ found.directions.control
+    row = rows[:1] @ found.directions.basis
+    along = float(row[0] @ (found.far - found.points[0]))
+    if value < 0:
+        return "unoriented", _canonical(vector), along
+    sign = side(found.pieces(row))
+    if sign == 0:
+        return "oscillates", _canonical(vector), along
+    if sign is None:
+        return "undecided", vector * (1 if along >= 0 else -1), along
+    return "half-tangent", vector * sign, along
 
 
-@dataclass(frozen=True)
-class _Found:
-    """What the status of one side is read from."""
-
-    curve: Curve
-    directions: Directions
-    spectrum: Dominant
-    rest: tuple
-    point: Column
-    far: Column
-
-    def verdict(self) -> tuple[Status, Float[np.ndarray, "dim"] | None, float]:
-        """The status, a vector in its direction, and the component of the far end along that vector."""
-        values, ranks = self.spectrum.values, self.spectrum.ranks
-        if not values:
-            return "constant", None, 0.0
-        if len(values) == 1 and ranks[0] == 1:
-            return self._single(values[0].real)
-        if len(values) == 1:
-            return "several directions", None, 0.0
-        if len(values) == 2 and ranks == (1, 1) and values[0].imag != 0 and self._turns():
-            return "spiral", None, 0.0
-        return "oscillates", None, 0.0
-
-    def _single(self, value: float) -> tuple[Status, Float[np.ndarray, "dim"], float]:
-        columns, sizes, rows = np.linalg.svd(np.real(self.spectrum.leading[0]))
-        vector = columns[:, 0] * sizes[0] @ self.directions.control
-        row = rows[0] @ self.directions.basis
-        row = row - row @ self.point
-        along = float(row @ self.far)
-        if value < 0:
-            return "unoriented", _canonical(vector), along
-        sign = side(self.curve, row, self.rest)
-        if sign == 0:
-            return "oscillates", _canonical(vector), along
-        if sign is None:
-            return "undecided", vector * (1 if along >= 0 else -1), along
-        return "half-tangent", vector * sign, along
-
-    def _turns(self) -> bool:
-        """Whether the control points show the plane of a complex pair as a plane."""
-        column = np.linalg.svd(self.spectrum.leading[0])[0][:, 0]
-        plane = np.array([np.real(column), np.imag(column)]) @ self.directions.control
-        sizes = np.linalg.svd(plane, compute_uv=False)
-        return len(sizes) > 1 and bool(sizes[1] > 1e-9 * sizes[0])
+def _turns(found: Local) -> bool:
+    """Whether the control points show the plane of a complex pair as a plane."""
+    column = np.linalg.svd(found.spectrum.leading[0])[0][:, 0]
+    plane = np.array([np.real(column), np.imag(column)]) @ found.directions.control
+    sizes = np.linalg.svd(plane, compute_uv=False)
+    return len(sizes) > 1 and bool(sizes[1] > 1e-9 * sizes[0])
 
 
 def _canonical(vector: Float[np.ndarray, "dim"]) -> Float[np.ndarray, "dim"]:
@@ -197,25 +187,27 @@ def _canonical(vector: Float[np.ndarray, "dim"]) -> Float[np.ndarray, "dim"]:
 
 
 def _words(
+    found: Local,
     status: Status,
     direction: Float[np.ndarray, "dim"] | None,
     order: float | None,
-    spectrum: Dominant,
     size: float | None,
+    opening: Cone | None,
+    turning: Spiral | None,
 ) -> str:
     if order is None:
         return "the curve stays in this point: no visible eigenvalue differs from 0"
-    vector = "" if direction is None else "(" + ", ".join(f"{round(x, 9) + 0.0:.6g}" for x in direction) + ")"
-    value = spectrum.values[0]
+    spectrum = found.spectrum
+    vector = "" if direction is None else written(direction)
+    value = found.eigenvalue(spectrum.values[0])
     distance = f"h^{order:.6g}" + {1: "", 2: " log(1/h)"}.get(
         spectrum.block, f" log(1/h)^{spectrum.block - 1}"
     )
     if size is not None:
         distance = f"{size:.6g} mm {distance}"
-    turn = math.degrees(abs(math.atan2(value.imag, value.real)))
     if status == "oscillates" and not vector:
-        count, modulus = len(spectrum.values), spectrum.modulus
-        said = f"chords oscillate and keep no direction ({count} eigenvalues of modulus {modulus:.6g})"
+        count = len(spectrum.values)
+        said = f"chords oscillate and keep no direction ({count} eigenvalues of modulus {abs(value):.6g})"
     elif status == "oscillates":
         said = f"chords oscillate between {vector} and its opposite: the curve lies on both sides"
     elif status == "half-tangent":
@@ -224,11 +216,17 @@ def _words(
         said = f"the ends of the pieces tend to {vector}; whether all the curve keeps that side is undecided"
     elif status == "unoriented":
         said = f"a negative eigenvalue, {value.real:.6g}: chords swing between {vector} and its opposite"
-    elif status == "spiral":
-        said = f"the curve spirals: each step turns by {turn:.6g} degrees and shrinks by {abs(value):.6g}"
+    elif turning is not None:
+        known = "" if turning.proven else " or whole turns more"
+        said = (
+            f"the curve spirals: each step turns by {abs(turning.turn):.6g} degrees{known} and shrinks by "
+            f"{turning.ratio:.6g}, a pitch of {turning.pitch:.6g} degrees"
+        )
     else:
         said = (
             f"no half-tangent: the eigenvalue {value.real:.6g} has {sum(spectrum.ranks)} independent "
             f"directions, and each part of the curve keeps its own"
         )
+    if opening is not None and not vector:
+        said += f"; chords take {opening.words}"
     return f"{said}; its distance is like {distance}"
