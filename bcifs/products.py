@@ -1,6 +1,7 @@
 """The commands that write a file: render, mesh, print."""
 
 from collections.abc import Mapping
+from dataclasses import replace
 from pathlib import Path
 from typing import Annotated, Literal
 
@@ -18,7 +19,7 @@ MeshFile = Annotated[
     typer.Option("--output", "-o", metavar="MESH", help="The mesh: .obj .ply .stl, or a surface as .step."),
 ]
 PartFile = Annotated[
-    str, typer.Option("--output", "-o", metavar="PART", help="The part: .3mf .stl .ply .obj.")
+    str, typer.Option("--output", "-o", metavar="PART", help="The part: .3mf .stl .ply .obj .glb.")
 ]
 
 
@@ -90,13 +91,20 @@ def print_part(
         Literal["smooth", "exact"] | None,
         typer.Option(help="The mesh: smooth, or exact along the faces of the voxels."),
     ] = None,
+    coarsen: Annotated[
+        bool, typer.Option("--coarsen", help="Lower a resolution that is too fine to what fits.")
+    ] = False,
     picture: Annotated[str | None, typer.Option(metavar="PNG", help="Also draw the part.")] = None,
 ) -> None:
     """Make a printable part: voxels that cover the shape, thickened, meshed, checked and written.
 
+    From 300 voxels a side on, amounts are predicted first; beyond 60 million triangles or 8 GiB it refuses.
+
     A part that fails the check is not written.
     """
-    check_output(output, (".3mf", ".stl", ".ply", ".obj"))
+    from export.files import WRITABLE
+
+    check_output(output, WRITABLE)
     if picture:
         check_output(picture, (".png",))
     shape = load(file, set_)
@@ -105,7 +113,10 @@ def print_part(
 
         require_printable_depth(shape, depth)
     import export
+    from export.part import BUDGET, LARGE
 
+    if resolution is not None and resolution >= LARGE:
+        typer.echo(str(export.estimate(shape, resolution, depth=depth)), err=True)
     with reporting() as progress:
         part = export.make_part(
             shape,
@@ -114,6 +125,7 @@ def print_part(
             thickness=thickness,
             depth=depth,
             style=surface,
+            budget=replace(BUDGET, exceeded="coarsen" if coarsen else "refuse"),
             progress=progress,
         )
     if not part.report.ok:

@@ -1,30 +1,43 @@
 """Attractors to voxels to printable meshes, their check, and the files they leave in."""
 
 from export.check import Fault, Report, check
-from export.cover import Cover, TooManyVoxels, cover
+from export.estimate import Budget, OverBudget, Prediction, estimate
 from export.files import UnreadableMesh, UnsupportedFormat, check_writable, read_mesh, write_part
 from export.part import Part, make_part
-from export.surface import surface
-from export.thicken import thicken
-from export.voxels import EmptySolid, Solid, Voxels
+from export.scene import Body, Place, Scene, WrongMesh, WrongScene
+from export.skin import EmptySolid, skin
+from export.slices import WrongSlices, write_slices
+from export.thicken import Solid, thicken
+from export.tree_files import write_cells
+from export.voxelise import Cover, voxelise
 
 __all__ = [
+    "Body",
+    "Budget",
     "Cover",
     "EmptySolid",
     "Fault",
+    "OverBudget",
     "Part",
+    "Place",
+    "Prediction",
     "Report",
+    "Scene",
     "Solid",
-    "TooManyVoxels",
     "UnreadableMesh",
     "UnsupportedFormat",
-    "Voxels",
+    "WrongMesh",
+    "WrongScene",
+    "WrongSlices",
     "check",
     "check_writable",
-    "cover",
+    "estimate",
     "make_part",
     "read_mesh",
-    "surface",
+    "skin",
     "thicken",
+    "voxelise",
+    "write_cells",
     "write_part",
+    "write_slices",
 ]

@@ -25,8 +25,10 @@ class Edges:
     crowded: Bool[np.ndarray, "edges"]
     bent: Bool[np.ndarray, "edges"]
 
-    def middles(self, points: Float[np.ndarray, "vertices 3"]) -> Float[np.ndarray, "edges 3"]:
-        return points[self.ends].mean(axis=1)
+    def middles(
+        self, points: Float[np.ndarray, "vertices 3"], chosen: Bool[np.ndarray, "edges"]
+    ) -> Float[np.ndarray, "chosen 3"]:
+        return points[self.ends[chosen]].mean(axis=1)
 
     def neighbours(self) -> tuple[Int[np.ndarray, "pairs"], Int[np.ndarray, "pairs"]]:
         """Half-edges that follow each other on the same edge."""

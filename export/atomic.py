@@ -1,7 +1,8 @@
-"""Writing a file whole or not at all."""
+"""Writing a file, or a folder, whole or not at all."""
 
 import contextlib
 import os
+import shutil
 import tempfile
 from collections.abc import Iterator
 from pathlib import Path
@@ -24,7 +25,7 @@ def whole_file(path: str | os.PathLike[str]) -> Iterator[BinaryIO]:
     b'done'
     """
     target = Path(path)
-    handle, name = tempfile.mkstemp(prefix=f".{target.name}.", suffix=".part", dir=target.parent)
+    handle, name = tempfile.mkstemp(prefix=f".{target.name[:60]}.", suffix=".part", dir=target.parent)
     try:
         with os.fdopen(handle, "w+b") as file:
             yield file
@@ -35,6 +36,31 @@ def whole_file(path: str | os.PathLike[str]) -> Iterator[BinaryIO]:
     except BaseException:
         with contextlib.suppress(FileNotFoundError):
             os.unlink(name)
+        raise
+
+
+@contextlib.contextmanager
+def whole_folder(path: str | os.PathLike[str]) -> Iterator[Path]:
+    """A folder to fill, which takes its place at `path` when the block ends well, as `whole_file` does.
+
+    `FileExistsError` where there is a file, or a folder that is not empty: it is not written over.
+
+    >>> place = Path(tempfile.mkdtemp()) / "words"
+    >>> with whole_folder(place) as folder:
+    ...     _ = (folder / "one.txt").write_bytes(b"1")
+    >>> [found.name for found in place.iterdir()]
+    ['one.txt']
+    """
+    target = Path(path)
+    if target.exists() and not (target.is_dir() and not any(target.iterdir())):
+        raise FileExistsError(f"{path}: is there already, and is not an empty folder")
+    folder = Path(tempfile.mkdtemp(prefix=f".{target.name[:60]}.", suffix=".part", dir=target.parent))
+    try:
+        yield folder
+        os.chmod(folder, 0o777 & ~_umask())
+        os.replace(folder, target)
+    except BaseException:
+        shutil.rmtree(folder, ignore_errors=True)
         raise
 
 

@@ -1,6 +1,6 @@
 """Whether a triangle mesh can be printed, and what is wrong where."""
 
-from dataclasses import asdict, dataclass, field
+import math
 
 import numpy as np
 from jaxtyping import Float, Int
@@ -12,178 +12,196 @@ from export.adjacency import (
     find_fans,
     find_shells,
 )
+from export.checks.crossings import crossed_edges, crossings, meeting_places
+from export.checks.overhangs import overhangs
+from export.checks.places import representatives
+from export.checks.report import PLACES, Fault, Narrow, Report, as_place, fault
+from export.checks.triangle_tree import TriangleTree, triangle_tree
+from export.checks.widths import Widths, walls_and_gaps
 from export.nesting import misplaced_shells
 from ifs.mesh import Mesh
+from trees.tree import Tree
 
-PLACES = 5  # of each fault, so many are reported with their position
+__all__ = ["Fault", "Narrow", "Report", "check"]
+
 FLAT = 1e-9  # a triangle is degenerate when its height is below this share of its longest side
+SLIVER = 1e-2  # and a sliver below this one
+NO_PAIRS = np.zeros((0, 2), dtype=np.int64)
+LARGEST = 1e100  # mm: beyond that volumes overflow
 
 
-@dataclass(frozen=True)
-class Fault:
-    """One kind of fault: how often, what it means, and where (mm, the first few)."""
-
-    kind: str
-    count: int
-    meaning: str
-    places: tuple[tuple[float, float, float], ...]
-
-    def __str__(self) -> str:
-        where = "; ".join(f"({x:.4g}, {y:.4g}, {z:.4g})" for x, y, z in self.places)
-        return f"{self.count} {self.meaning}" + (f", at {where}" if where else "")
-
-
-@dataclass(frozen=True)
-class Report:
-    """What `check` found. Lengths in mm, area in mm², volume in mm³.
-
-    `components` counts shells: triangles that hang together by edges (a cavity is a shell of its
-    own). `genus` is the number of handles of each shell, largest first by triangles, and None for
-    a shell that is not closed and consistently oriented. `euler` is vertices - edges + triangles,
-    where a vertex counts once for each fan of triangles around it. `nesting_tested` is False where
-    there were too many shells within shells to look through.
-    """
-
-    triangles: int
-    vertices: int
-    components: int
-    euler: int
-    genus: tuple[int | None, ...]
-    volume: float
-    area: float
-    low: tuple[float, float, float]
-    high: tuple[float, float, float]
-    boundary_edges: int
-    nonmanifold_edges: int
-    nonmanifold_vertices: int
-    misoriented_edges: int
-    degenerate_triangles: int
-    duplicate_triangles: int
-    inverted_shells: int
-    nested_shells: int
-    nesting_tested: bool
-    details: tuple[Fault, ...] = field(default=())
-
-    @property
-    def ok(self) -> bool:
-        """No fault was found."""
-        return not self.details
-
-    @property
-    def faults(self) -> tuple[str, ...]:
-        """The faults in words."""
-        return tuple(str(fault) for fault in self.details)
-
-    def to_dict(self) -> dict[str, object]:
-        """Plain values for JSON: the fields, `ok`, and that self-intersections were not looked for.
-
-        `size` is the extent of the bounding box; `details` stands under `faults`.
-        """
-        values = asdict(self)
-        details = values.pop("details")
-        size = [high - low for low, high in zip(self.low, self.high, strict=True)]
-        return {
-            "ok": self.ok,
-            **{key: list(v) if isinstance(v, tuple) else v for key, v in values.items()},
-            "size": size,
-            "self_intersections": "not tested",
-            "faults": [{**d, "places": [list(p) for p in d["places"]]} for d in details],
-        }
-
-    def __str__(self) -> str:
-        size = " x ".join(f"{h - b:.6g}" for b, h in zip(self.low, self.high, strict=True))
-        genus = ", ".join("?" if g is None else str(g) for g in self.genus[:8])
-        lines = [
-            "printable" if self.ok else "not printable",
-            f"{self.triangles} triangles, {self.vertices} vertices, {self.components} shells",
-            f"genus {genus}{', ...' if len(self.genus) > 8 else ''}",
-            f"volume {self.volume:.6g} mm³, area {self.area:.6g} mm², size {size} mm",
-            *self.faults,
-            "self-intersections: not tested",
-        ]
-        if not self.nesting_tested:
-            lines.append("shells within shells: not tested, too many")
-        return "\n".join(lines)
-
-
-def check(mesh: Mesh) -> Report:
+def check(
+    mesh: Mesh,
+    *,
+    tree: Tree | None = None,
+    wall: float | None = None,
+    gap: float | None = None,
+    quick: bool = False,
+) -> Report:
     """Find what keeps a triangle mesh (mm) from being the boundary of a solid.
 
     Edges must lie in two triangles that pass them in opposite directions, the triangles around a
-    vertex must form one fan, no triangle may be flat or stand twice, and shells must face outward
-    (inward when they bound a cavity). Vertices are told apart by number, not by position: `weld`
-    first if they do not say how triangles hang together. Self-intersections are not looked for.
+    vertex must form one fan, no triangle may be flat or stand twice, shells must face outward
+    (inward when they bound a cavity), and triangles must not meet but in common corners and edges, which
+    is decided exactly (`export.checks.crossings`). Vertices are told apart by number, not by
+    position: `weld` first if they do not say how triangles hang together.
 
-    `ValueError` when a triangle names a vertex that is missing or a position is not finite, or
-    when there is no triangle.
+    `tree` is the set of cells that the mesh should bound: the volumes may then differ by half a cell
+    over the whole area. `wall` and `gap` (mm) make faults of walls and gaps below them, as
+    `export.checks.widths` measures these. `quick` looks for neither self-intersections nor widths.
+    Slivers, sheets that touch, and cavities without way out are notes, no faults.
+
+    `ValueError` when a triangle names a vertex that is missing, a position is not finite or beyond 1e100,
+    there is no triangle, or a wall or gap is not above 0.
 
     >>> import numpy as np
     >>> corners = np.array([[0.0, 0, 0], [1, 0, 0], [0, 1, 0], [0, 0, 1]])
     >>> faces = np.array([[0, 2, 1], [0, 1, 3], [1, 2, 3], [0, 3, 2]])
     >>> report = check(Mesh(corners, faces))
-    >>> report.ok, report.genus, round(6 * report.volume)
-    (True, (0,), 1)
+    >>> report.ok, report.genus, round(6 * report.volume), report.self_intersections
+    (True, (0,), 1, 0)
     >>> check(Mesh(corners, faces[1:])).faults
     ('3 edges with a triangle on one side only, at (0.5, 0, 0); (0, 0.5, 0); (0.5, 0.5, 0)',)
     """
     points, triangles = mesh.points_3d(), mesh.triangles()
-    _validate(points, triangles)
+    _validate(points, triangles, wall, gap)
+    boxes = triangle_tree(points, triangles)
     edges = find_edges(triangles, len(points))
     fans, fan_vertices = find_fans(triangles, edges)
     shells, shell = find_shells(len(triangles), edges)
     corners = points[triangles]
-    flat = _degenerate(triangles, corners)
-    twice = _duplicates(triangles)
-    fan_count = np.bincount(fan_vertices, minlength=len(points))
+    normals = _normals(corners)
+    flat, sliver = _thin(triangles, corners, normals)
+    area = float(_lengths(normals).sum() / 2)
     closed = closed_shells(edges, shells, shell)
     euler = euler_characteristics(edges, fans, shells, shell)
     genus = [int(2 - e) // 2 if c else None for e, c in zip(euler, closed, strict=True)]
-    sizes = np.bincount(shell, minlength=shells)
     volumes = _volumes(corners, shell, shells)
-    inverted, nested, tested = misplaced_shells(corners, shell, volumes, closed)
-    first = np.unique(shell, return_index=True)[1]
-    middle, starts = corners.mean(axis=1), edges.middles(points)
-    split = np.flatnonzero(fan_count > 1)
-    details = [
-        _fault("boundary_edges", "edges with a triangle on one side only", starts[edges.open]),
-        _fault("nonmanifold_edges", "edges in more than two triangles", starts[edges.crowded]),
-        _fault("nonmanifold_vertices", "vertices at which parts only touch", points[split]),
-        _fault("misoriented_edges", "edges whose triangles face opposite ways", starts[edges.bent]),
-        _fault("degenerate_triangles", "triangles without area", middle[flat]),
-        _fault("duplicate_triangles", "triangles that stand twice", middle[twice]),
-        _fault("inverted_shells", "shells that are inside out", points[triangles[first[inverted], 0]]),
-        _fault("nested_shells", "shells inside solid material", points[triangles[first[nested], 0]]),
+    inverted, nested, told = misplaced_shells(boxes, shell, volumes, closed)
+    first = points[triangles[np.unique(shell, return_index=True)[1], 0]]
+    voids = np.setdiff1d(np.flatnonzero(closed & (volumes < 0)), np.union1d(inverted, nested))
+    split = np.flatnonzero(np.bincount(fan_vertices, minlength=len(points)) > 1)
+    same = representatives(points, triangles)
+    touching = np.flatnonzero(same != np.arange(len(points)))
+    faults = [
+        fault("boundary_edges", "edges with a triangle on one side only", edges.middles(points, edges.open)),
+        fault("nonmanifold_edges", "edges in more than two triangles", edges.middles(points, edges.crowded)),
+        fault("nonmanifold_vertices", "vertices at which parts only touch", points[split]),
+        fault(
+            "misoriented_edges", "edges whose triangles face opposite ways", edges.middles(points, edges.bent)
+        ),
+        fault("degenerate_triangles", "triangles without area", corners[flat].mean(axis=1)),
+        fault(
+            "duplicate_triangles", "triangles that stand twice", corners[_duplicates(triangles)].mean(axis=1)
+        ),
+        fault("inverted_shells", "shells that are inside out", first[inverted]),
+        fault("nested_shells", "shells inside solid material", first[nested]),
     ]
-    counts = {fault.kind: fault.count for fault in details}
-    order = np.lexsort((np.arange(shells), -sizes))
-    used = points[np.unique(triangles)]
+    notes = [
+        fault(
+            "sliver_triangles",
+            "triangles less than a hundredth as high as long",
+            corners[sliver].mean(axis=1),
+        ),
+        fault("touching_vertices", "vertices at the place of another one", points[touching]),
+        fault("trapped_voids", "cavities without way out", first[voids]),
+    ]
+    deep = {}
+    if not quick:
+        edge_pairs = crossed_edges(boxes, triangles, edges, same) if len(touching) else NO_PAIRS
+        deep = _deep(boxes, corners, edge_pairs, wall, gap, faults)
+    counts = {one.kind: one.count for one in faults + notes}
+    if tree is not None:
+        faults += _against(tree, float(volumes.sum()), area)
+    order = np.lexsort((np.arange(shells), -np.bincount(shell, minlength=shells)))
+    used = np.zeros(len(points), dtype=bool)
+    used[triangles.ravel()] = True
     return Report(
         triangles=len(triangles),
-        vertices=len(used),
+        vertices=int(used.sum()),
         components=shells,
         euler=int(euler.sum()),
         genus=tuple(genus[s] for s in order),
         volume=float(volumes.sum()),
-        area=float(np.linalg.norm(_normals(corners), axis=1).sum() / 2),
-        low=_place(used.min(axis=0)),
-        high=_place(used.max(axis=0)),
-        **counts,
-        nesting_tested=tested,
-        details=tuple(fault for fault in details if fault.count),
+        area=area,
+        low=as_place(points[used].min(axis=0)),
+        high=as_place(points[used].max(axis=0)),
+        **{**counts, **deep},
+        nesting_tested=told,
+        void_volume=float(-volumes[voids].sum()) if len(voids) else 0.0,
+        tree_volume=None if tree is None else tree.measure,
+        overhangs=overhangs(corners, normals),
+        details=tuple(one for one in faults if one.count),
+        notes=tuple(one for one in notes if one.count),
     )
 
 
-def _validate(points: Float[np.ndarray, "v 3"], triangles: Int[np.ndarray, "t 3"]) -> None:
+def _deep(
+    boxes: TriangleTree,
+    corners: Float[np.ndarray, "t 3 3"],
+    edge_pairs: Int[np.ndarray, "pairs 2"],
+    wall: float | None,
+    gap: float | None,
+    faults: list[Fault],
+) -> dict:
+    """Self-intersections and widths: fields of the report; their faults are appended."""
+    met = crossings(boxes)
+    places = meeting_places(corners, np.concatenate([met.pairs, edge_pairs]))
+    meaning = "pairs of triangles that meet elsewhere than in common corners and edges"
+    faults.append(fault("self_intersections", meaning, places, met.count + len(edge_pairs)))
+    walls, gaps = walls_and_gaps(boxes)
+    found = {
+        "intersections_complete": met.complete,
+        "walls": _narrow(walls, boxes),
+        "gaps": _narrow(gaps, boxes),
+        "measured": walls.measured,
+    }
+    for kind, widths, least, word in (
+        ("thin_walls", walls, wall, "walls"),
+        ("narrow_gaps", gaps, gap, "gaps"),
+    ):
+        if least is not None:
+            meaning = f"places of {widths.measured} with {word} below {least:g} mm"
+            faults.append(fault(kind, meaning, widths.below(least)))
+    return found
+
+
+def _narrow(widths: Widths, boxes: TriangleTree) -> tuple[Narrow, ...]:
+    apart = boxes.size * boxes.scale / 20
+    return tuple(Narrow(width, place) for width, place in widths.narrowest(PLACES, apart))
+
+
+def _against(tree: Tree, volume: float, area: float) -> list[Fault]:
+    """The fault of a mesh whose volume is not that of its cells."""
+    cells = tree.measure
+    if abs(volume - cells) <= area * tree.cell_size / 2 + FLAT * cells:
+        return []
+    meaning = f"volume: {volume:.9g} mm³ in the mesh, {cells:.9g} mm³ in its cells"
+    return [Fault("other_volume", 1, meaning, ())]
+
+
+def _validate(
+    points: Float[np.ndarray, "v 3"], triangles: Int[np.ndarray, "t 3"], wall: float | None, gap: float | None
+) -> None:
     if not len(triangles):
         raise ValueError("the mesh has no triangles: nothing to check")
     if triangles.min() < 0 or triangles.max() >= len(points):
         raise ValueError(f"triangles name vertices {triangles.min()} to {triangles.max()} of {len(points)}")
     if not np.isfinite(points).all():
         raise ValueError("some vertices have positions that are not finite")
+    if np.abs(points).max() > LARGEST:
+        raise ValueError(f"some vertices lie beyond {LARGEST:g} mm: {np.abs(points).max():g}")
+    for name, width in (("wall", wall), ("gap", gap)):
+        if width is not None and not (math.isfinite(width) and width > 0):
+            raise ValueError(f"the least {name} is above 0 mm, found {width}")
 
 
 def _normals(corners: Float[np.ndarray, "t 3 3"]) -> Float[np.ndarray, "t 3"]:
     return np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
+
+
+def _lengths(rows: Float[np.ndarray, "n 3"]) -> Float[np.ndarray, "n"]:
+    return np.sqrt(np.einsum("nx,nx->n", rows, rows))
 
 
 def _volumes(
@@ -191,16 +209,23 @@ def _volumes(
 ) -> Float[np.ndarray, "shells"]:
     """Signed volumes, measured from the middle of the mesh for precision."""
     moved = corners - corners.reshape(-1, 3).mean(axis=0)
-    pieces = (moved[:, 0] * np.cross(moved[:, 1], moved[:, 2])).sum(axis=1) / 6
+    pieces = np.einsum("tx,tx->t", moved[:, 0], np.cross(moved[:, 1], moved[:, 2])) / 6
     return np.bincount(shell, pieces, minlength=shells)
 
 
-def _degenerate(
-    triangles: Int[np.ndarray, "t 3"], corners: Float[np.ndarray, "t 3 3"]
-) -> Int[np.ndarray, "flat"]:
+def _thin(
+    triangles: Int[np.ndarray, "t 3"],
+    corners: Float[np.ndarray, "t 3 3"],
+    normals: Float[np.ndarray, "t 3"],
+) -> tuple[Int[np.ndarray, "flat"], Int[np.ndarray, "slivers"]]:
+    """Triangles without area, and thin ones among the others."""
     repeated = (triangles == triangles[:, [1, 2, 0]]).any(axis=1)
-    longest = ((corners - corners[:, [1, 2, 0]]) ** 2).sum(axis=2).max(axis=1)
-    return np.flatnonzero(repeated | (np.linalg.norm(_normals(corners), axis=1) <= FLAT * longest))
+    sides = corners - corners[:, [1, 2, 0]]
+    squares = np.einsum("tsx,tsx->ts", sides, sides)
+    longest = np.maximum(np.maximum(squares[:, 0], squares[:, 1]), squares[:, 2])
+    doubled = _lengths(normals)
+    flat = repeated | (doubled <= FLAT * longest)
+    return np.flatnonzero(flat), np.flatnonzero(~flat & (doubled < SLIVER * longest))
 
 
 def _duplicates(triangles: Int[np.ndarray, "t 3"]) -> Int[np.ndarray, "again"]:
@@ -209,11 +234,3 @@ def _duplicates(triangles: Int[np.ndarray, "t 3"]) -> Int[np.ndarray, "again"]:
     order = np.lexsort(same.T[::-1])
     equal = (np.diff(same[order], axis=0) == 0).all(axis=1)
     return np.sort(order[1:][equal])
-
-
-def _place(point: np.ndarray) -> tuple[float, float, float]:
-    return float(point[0]), float(point[1]), float(point[2])
-
-
-def _fault(kind: str, meaning: str, places: Float[np.ndarray, "n 3"]) -> Fault:
-    return Fault(kind, len(places), meaning, tuple(_place(p) for p in places[:PLACES]))

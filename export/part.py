@@ -7,15 +7,18 @@ from importlib.metadata import version
 from typing import Literal
 
 from export.check import Report, check
-from export.cover import Progress, TooManyVoxels, cover, lattice_resolution, space_box
+from export.estimate import Budget
 from export.facets import Facets
-from export.surface import surface
+from export.frame import lattice_resolution
+from export.skin import skin
 from export.thicken import thicken
-from export.voxels import Solid, Voxels
-from ifs import Mesh, Shape, draw, initial, refine
+from export.voxelise import Progress, voxelise
+from ifs import Mesh, Shape, bounding_box, draw, initial, refine
+from trees import Tree
 
 RESOLUTION = 200
-MOST_THICKENED = 600_000_000
+BUDGET = Budget(triangles=60_000_000, memory=8 * 2**30)
+LARGE = 300  # voxels along a side from which on the amounts are predicted first
 MOST_FACETS = 100_000
 DEEPEST = 29
 
@@ -25,7 +28,7 @@ class Part:
     """A printable mesh in millimetres, the voxels it bounds, the report of its check, and its recipe."""
 
     mesh: Mesh
-    voxels: Voxels
+    tree: Tree
     report: Report
     recipe: Mapping[str, str]
 
@@ -38,6 +41,7 @@ def make_part(
     thickness: float = 0.0,
     depth: int | None = None,
     style: Literal["smooth", "exact"] | None = None,
+    budget: Budget = BUDGET,
     progress: Progress | None = None,
 ) -> Part:
     """Voxelise a shape, thicken it, and mesh the boundary.
@@ -48,13 +52,15 @@ def make_part(
     is swept over the shape, so that walls are at least that thick (0 keeps the voxels as they are);
     `depth` prints the solid pieces of that level instead of the limit. The surface is smooth when the
     shape is thickened and else shows its voxels, unless `style` says otherwise. Where voxels touch at an
-    edge or a corner only they are joined. `progress(stage, share)` is called from time to time.
+    edge or a corner only they are joined. From 300 voxels a side on, amounts are predicted before any
+    work, and compared with `budget`: 60 million triangles and 8 GiB unless given, beyond which it refuses; a
+    budget that coarsens lowers the resolution instead. `progress(stage, share)` is called from time to time.
 
-    Raises `ValueError` for lengths and counts that make no sense, `TooManyVoxels`, `ifs.NotContracting`.
+    Raises `ValueError` for lengths and counts that make no sense, `OverBudget`, `ifs.NotContracting`.
 
     >>> import ifs
     >>> part = make_part(ifs.shape("menger-sponge"), size=27, depth=1)
-    >>> part.report.ok, part.report.genus, part.voxels.count
+    >>> part.report.ok, part.report.genus, part.tree.count
     (True, (5,), 20)
     """
     _require(size is None or (math.isfinite(size) and size > 0), f"the size is above 0 mm, found {size}")
@@ -65,31 +71,30 @@ def make_part(
     if resolution is None:
         resolution = (lattice_resolution(shape, depth) if depth is not None else None) or RESOLUTION
     style = style or ("smooth" if thickness else "exact")
-    _require_room(shape, resolution, thickness)
     tell = progress or (lambda stage, share: None)
-    tell("voxels", 0.0)
-    covered = cover(shape, resolution, depth, tell)
-    tell("thickness", 0.0)
-    solid: Solid | Voxels = covered.voxels
+    budget_now = budget if resolution >= LARGE else None
+    covered = voxelise(shape, resolution, depth=depth, budget=budget_now, progress=tell)
+    tree, field = covered.tree, None
     if thickness:
-        facets = _facets(shape, covered.voxels.pitch) if depth is None else None
-        solid = thicken(covered.voxels, thickness / 2, facets)
+        tell("thickness", 0.0)
+        facets = _facets(shape, covered.pitch) if depth is None else None
+        solid = thicken(tree, thickness / 2, facets)
+        tree, field = solid.tree, solid.field
     tell("surface", 0.0)
-    skin = surface(solid, style, contacts="join")
+    mesh = skin(tree, style, contacts="join", field=field)
     tell("check", 0.0)
-    report = check(skin)
+    report = check(mesh, quick=True)
     tell("check", 1.0)
-    voxels = solid.voxels if isinstance(solid, Solid) else solid
     recipe = {
         "Name": shape.name,
-        "Size": f"{covered.voxels.pitch * resolution:.6g} mm",
-        "Resolution": str(resolution),
+        "Size": f"{covered.pitch * covered.resolution:.6g} mm",
+        "Resolution": str(covered.resolution),
         "Thickness": f"{thickness:.6g} mm",
         "Depth": "limit" if depth is None else str(depth),
         "Surface": style,
         "Application": f"bcifs {version('bcifs')}",
     }
-    return Part(skin, voxels, report, recipe)
+    return Part(mesh, tree, report, recipe)
 
 
 def _facets(shape: Shape, pitch: float) -> Mesh | None:
@@ -110,23 +115,8 @@ def _require(condition: bool, message: str) -> None:
         raise ValueError(message)
 
 
-def _longest(shape: Shape) -> float:
-    low, high = space_box(shape)
-    return float((high - low).max())
-
-
 def _resized(shape: Shape, size: float | None) -> Shape:
-    longest = _longest(shape)
+    low, high = bounding_box(shape)
+    longest = float((high - low).max())
     _require(longest > 0, "the shape is a single point: nothing to print")
     return shape if size is None else shape.scaled(size / longest)
-
-
-def _require_room(shape: Shape, resolution: int, thickness: float) -> None:
-    """Refuse a thickening that would not fit in memory before any work is done."""
-    if not thickness:
-        return
-    low, high = space_box(shape)
-    pitch = float((high - low).max()) / resolution
-    grown = math.prod(math.ceil(side / pitch + thickness / pitch + 4) for side in (high - low).tolist())
-    if grown > MOST_THICKENED:
-        raise TooManyVoxels(resolution, grown)

@@ -1,23 +1,23 @@
-"""The plain formats: binary STL, binary PLY, OBJ."""
+"""Binary STL: triangles in single precision, and nothing else."""
 
 import os
-from collections.abc import Mapping
 
 import numpy as np
 
 from export.atomic import whole_file
+from export.scene import Scene, check_scene, placed, scene_of, triangles
 from ifs.mesh import Mesh
 
 STL_HEADER = b"bcifs binary STL, lengths in millimetres".ljust(80)
-STL_TRIANGLE = np.dtype([("normal", "<f4", 3), ("corners", "<f4", (3, 3)), ("extra", "<u2")])
-PLY_FACE = np.dtype([("count", "u1"), ("corners", "<i4", 3)])
+WORDS = 25  # of 16 bits: a normal and three corners in single precision, and two bytes that are 0
+ROWS = 1 << 16  # written at a time
 
 
-def write_stl(mesh: Mesh, path: str | os.PathLike[str]) -> None:
-    """Write a triangle mesh as binary STL: 80 bytes of header, then single precision.
+def write_stl(shape: Mesh | Scene, path: str | os.PathLike[str]) -> None:
+    """Write the triangles of a mesh or a scene as binary STL: 80 bytes of header, then single precision.
 
-    STL names no unit: slicers take millimetres, which they are here; it keeps no recipe either.
-    The file appears whole or not at all.
+    STL names no unit: slicers take millimetres, which they are here; it keeps no recipe, no colours and no
+    names either. The file appears whole or not at all. Raises `WrongMesh`.
 
     >>> import numpy as np, pathlib, tempfile
     >>> place = pathlib.Path(tempfile.mkdtemp()) / "one.stl"
@@ -25,60 +25,21 @@ def write_stl(mesh: Mesh, path: str | os.PathLike[str]) -> None:
     >>> place.stat().st_size
     134
     """
-    corners = mesh.points_3d().astype("<f4")[mesh.triangles()]
-    table = np.zeros(len(corners), dtype=STL_TRIANGLE)
-    table["corners"] = corners
-    table["normal"] = _normals(corners)
+    from export.stl_kernels import fill
+
+    scene = scene_of(shape)
+    check_scene(scene)
+    meshes = [body.mesh for body in placed(scene)]
+    rows = np.zeros((ROWS, WORDS), dtype="<u2")
     with whole_file(path) as file:
-        file.write(STL_HEADER + np.uint32(len(table)).astype("<u4").tobytes())
-        file.write(table.tobytes())
-
-
-def write_ply(mesh: Mesh, path: str | os.PathLike[str], recipe: Mapping[str, str] | None = None) -> None:
-    """Write a triangle mesh as binary PLY in double precision, the recipe as comments."""
-    points = np.ascontiguousarray(mesh.points_3d(), dtype="<f8")
-    triangles = mesh.triangles()
-    faces = np.zeros(len(triangles), dtype=PLY_FACE)
-    faces["count"], faces["corners"] = 3, triangles
-    head = [
-        "ply",
-        "format binary_little_endian 1.0",
-        *(f"comment {line}" for line in _comments(recipe)),
-        f"element vertex {len(points)}",
-        *(f"property double {axis}" for axis in "xyz"),
-        f"element face {len(faces)}",
-        "property list uchar int vertex_indices",
-        "end_header\n",
-    ]
-    with whole_file(path) as file:
-        file.write("\n".join(head).encode())
-        file.write(points.tobytes())
-        file.write(faces.tobytes())
-
-
-def write_obj(mesh: Mesh, path: str | os.PathLike[str], recipe: Mapping[str, str] | None = None) -> None:
-    """Write a triangle mesh as OBJ, positions to the last digit, the recipe as comments."""
-    with whole_file(path) as file:
-        for line in _comments(recipe):
-            file.write(f"# {line}\n".encode())
-        for x, y, z in mesh.points_3d().tolist():
-            file.write(f"v {x!r} {y!r} {z!r}\n".encode())
-        for a, b, c in (mesh.triangles() + 1).tolist():
-            file.write(f"f {a} {b} {c}\n".encode())
-
-
-def _comments(recipe: Mapping[str, str] | None) -> list[str]:
-    """One line each: line breaks in a value are written as \\n."""
-    lines = ["bcifs, lengths in millimetres"]
-    for key in sorted(recipe or {}):
-        value = f"{key}: {(recipe or {})[key]}".replace("\\", "\\\\")
-        lines.append(value.replace("\r", "\\r").replace("\n", "\\n"))
-    return lines
-
-
-def _normals(corners: np.ndarray) -> np.ndarray:
-    """Unit normals, zero for a triangle without area."""
-    wide = corners.astype(np.float64)
-    normals = np.cross(wide[:, 1] - wide[:, 0], wide[:, 2] - wide[:, 0])
-    lengths = np.linalg.norm(normals, axis=1, keepdims=True)
-    return normals / np.where(lengths > 0, lengths, 1)
+        file.write(STL_HEADER + bytes(4))
+        count = 0
+        for mesh in meshes:
+            points, corners = mesh.points_3d().astype(np.float32), triangles(mesh)
+            for start in range(0, len(corners), ROWS):
+                some = corners[start : start + ROWS]
+                fill(points, some, rows)
+                file.write(rows[: len(some)].data)
+            count += len(corners)
+        file.seek(len(STL_HEADER))
+        file.write(count.to_bytes(4, "little"))

@@ -1,22 +1,37 @@
 """Thickening a set of voxels by a distance."""
 
 import math
+from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
-from jaxtyping import Bool, Float, Float32
-from scipy import ndimage, spatial
+from jaxtyping import Float, Int
+from scipy import spatial
 
 from export.facets import Facets
-from export.voxels import EmptySolid, Solid, Voxels
+from export.skin import EmptySolid, Field
 from ifs import Mesh
+from trees import Cube, Tree, from_morton, to_morton, to_points
+from trees.morphology import Ball, dilation, distances
+from trees.morphology.filters import grown as cells_with_room
 
-SLAB = 8_000_000  # voxels worked on at a time
 FARTHEST = 4  # pitches between voxels and the facets said to be of the same shape
 BAND = 2  # how many voxels outside the surface the field is exact
+WINDOW = 2**24  # voxels of a box in which distances are looked up
 
 
-def thicken(voxels: Voxels, distance: float, facets: Mesh | None = None, *, slab: int = SLAB) -> Solid:
+@dataclass(frozen=True, eq=False)
+class Solid:
+    """Voxels, and the distance in mm from places to their surface: at most 0 in black voxels.
+
+    `field` takes centres of voxels, `(n, 3)` in mm; see `export.skin`.
+    """
+
+    tree: Tree
+    field: Field
+
+
+def thicken(tree: Tree, distance: float, facets: Mesh | None = None) -> Solid:
     """The solid within `distance` (mm) of a set of voxels, with its distance field.
 
     Without `facets` it is every voxel whose centre lies within `distance` of the centre of a set
@@ -26,28 +41,37 @@ def thicken(voxels: Voxels, distance: float, facets: Mesh | None = None, *, slab
     `distance to the nearest facet - max(distance, pitch / 2)` (exact next to the surface, cut off
     at two pitches outside); so a smooth wall is about one pitch thick at least.
 
-    The grid grows so that its border stays empty. The exact Euclidean transform runs over slabs of
-    about `slab` voxels, so it costs about 40 bytes for each of these and, for the answer, 5 bytes
-    for each voxel of the grown grid; facets cost about 200 bytes each.
+    The cube grows where the ball reaches out of it. The set is a dilation of words of voxels; distances
+    are worked out where they are asked for, in boxes of at most 2^24 voxels. Facets cost about 200
+    bytes each.
 
     Raises `EmptySolid` for an empty set, `ValueError` for a distance that is negative or not
     finite, and for facets that are not finite or more than four pitches away from the voxels.
 
-    >>> import numpy as np
-    >>> dot = Voxels(np.ones((1, 1, 1), dtype=bool), np.zeros(3), 1.0)
-    >>> thicken(dot, 1.0).voxels.count
+    >>> from trees import from_points
+    >>> dot = from_points([[1, 1, 1]], bits=2)
+    >>> thicken(dot, dot.cell_size).tree.count
     7
     """
     if not (math.isfinite(distance) and distance >= 0):
         raise ValueError(f"the distance must be finite and not negative, not {distance} mm")
-    if not voxels.filled.any():
+    if not tree:
         raise EmptySolid("no voxel is filled: there is nothing to thicken")
-    level = max(distance / voxels.pitch, 0.5) * (1 + 1e-12)
-    near = None if facets is None else _near(voxels, facets)
-    margin = math.floor(level + (near.drift if near else 0)) + 1
-    grown = Voxels(np.pad(voxels.filled, margin), voxels.origin - margin * voxels.pitch, voxels.pitch)
-    field = _field(grown, near, level, slab)
-    return Solid(Voxels(field <= 0, grown.origin, grown.pitch), field)
+    level = max(distance / tree.cell_size, 0.5) * (1 + 1e-12)
+    if facets is None:
+        return Solid(dilation(_with_room(tree, level), Ball(level)), _around_centres(tree, level))
+    return _around_facets(tree, level, _near(tree, facets))
+
+
+def _with_room(tree: Tree, radius: float) -> Tree:
+    """The tree in a cube with room for a ball of a radius in voxels on all sides.
+
+    The cube grows in units of voxels, in which its corners are exact; in mm they are rounded once.
+    """
+    cells = Tree(Cube((0.0,) * 3, 2.0**tree.bits), tree.bits, tree.form)
+    grown = cells_with_room(cells, Ball(radius))
+    corner = np.array(tree.origin) + np.array(grown.origin) * tree.cell_size
+    return Tree(Cube(tuple(corner.tolist()), grown.size * tree.cell_size), grown.bits, grown.form)
 
 
 @dataclass(frozen=True, eq=False)
@@ -58,73 +82,73 @@ class _Near:
     drift: float
 
 
-def _near(voxels: Voxels, mesh: Mesh) -> _Near:
+def _near(tree: Tree, mesh: Mesh) -> _Near:
     if not np.isfinite(mesh.vertices).all():
         raise ValueError("the vertices of the facets must be finite numbers of millimetres")
-    facets = Facets(mesh)
-    centres = voxels.centres()
+    facets, centres = Facets(mesh), _centres(tree)
     to_facets = float(facets.distance(centres).max())
     to_centres = float(spatial.KDTree(centres).query(mesh.points_3d(), workers=-1)[0].max())
-    drift = max(to_facets, to_centres + facets.longest) / voxels.pitch
+    drift = max(to_facets, to_centres + facets.longest) / tree.cell_size
     if drift > FARTHEST:
         raise ValueError(f"facets and voxels differ by {drift:.3g} pitches ({FARTHEST} allowed)")
     return _Near(facets, drift)
 
 
-def _field(voxels: Voxels, near: _Near | None, level: float, slab: int) -> Float32[np.ndarray, "x y z"]:
-    """Distance minus level in mm, slab by slab; a slab sees as far around as it has to."""
-    filled = voxels.filled
-    reach = math.ceil(level + (near.drift if near else 0)) + BAND + 1
-    step = max(slab // (filled.shape[1] * filled.shape[2]) - 2 * reach, reach)
-    field = np.empty(filled.shape, dtype=np.float32)
-    for start in range(0, len(filled), step):
-        stop = min(start + step, len(filled))
-        low, high = max(start - reach, 0), min(stop + reach, len(filled))
-        distances = _distances(filled[low:high], start - low, stop - low)
-        if near is not None:
-            _correct(
-                distances, near, level, voxels.origin + np.array([start * voxels.pitch, 0, 0]), voxels.pitch
-            )
-        part = np.minimum(distances - level, BAND) * voxels.pitch
-        part[filled[start:stop] & (part > 0)] = 0
-        field[start:stop] = _signed(part)
+def _around_facets(tree: Tree, level: float, near: _Near) -> Solid:
+    """Voxels that are nearer to the facets than the level for certain, and of the rest those that are."""
+    farthest = level + near.drift + 0.01
+    wide = _with_room(tree, farthest)
+    inner = dilation(wide, Ball(max(level - near.drift - 0.01, 0.0)))
+    ring = dilation(wide, Ball(farthest)) - inner
+    field = _to_facets(tree, level, near)
+    chosen = from_morton(to_morton(ring)[field(_centres(ring)) <= 0], ring.cube, ring.bits)
+    return Solid(inner | chosen, field)
+
+
+def _to_facets(tree: Tree, level: float, near: _Near) -> Field:
+    cells_of = _cells_of(tree)
+
+    def field(places: Float[np.ndarray, "places 3"]) -> Float[np.ndarray, " places"]:
+        over = near.facets.distance(places) / tree.cell_size - level
+        over[(over > 0) & tree.holds_cells(cells_of(places))] = 0
+        return np.minimum(over, BAND) * tree.cell_size
+
     return field
 
 
-def _correct(
-    distances: Float[np.ndarray, "slab y z"],
-    near: _Near,
-    level: float,
-    origin: Float[np.ndarray, "3"],
-    pitch: float,
-) -> None:
-    """Distances to the facets instead of to the centres, near the surface.
-
-    The two differ by `drift` at most, so a voxel further than `drift + 1` from the level by its
-    centre is on the known side of the surface, and so are the voxels next to it.
-    """
-    places = np.argwhere(np.abs(distances - level) <= near.drift + 1.01)
-    if len(places):
-        distances[tuple(places.T)] = near.facets.distance(origin + (places + 0.5) * pitch) / pitch
+def _cells_of(tree: Tree) -> Callable[[Float[np.ndarray, "_n 3"]], Int[np.ndarray, "_n 3"]]:
+    origin, pitch = np.array(tree.origin), tree.cell_size
+    return lambda places: np.rint((places - origin) / pitch - 0.5).astype(np.int64)
 
 
-def _signed(part: Float[np.ndarray, "x y z"]) -> Float32[np.ndarray, "x y z"]:
-    """To float32 without a positive value becoming zero."""
-    rounded = part.astype(np.float32)
-    rounded[(part > 0) & (rounded <= 0)] = np.finfo(np.float32).tiny
-    return rounded
+def _around_centres(tree: Tree, level: float) -> Field:
+    cells_of = _cells_of(tree)
+
+    def field(places: Float[np.ndarray, "places 3"]) -> Float[np.ndarray, " places"]:
+        squares = _squares(tree, cells_of(places), level + BAND)
+        over = np.where(squares < 0, np.inf, np.sqrt(np.maximum(squares, 0))) - level
+        return np.minimum(over, BAND) * tree.cell_size
+
+    return field
 
 
-def _distances(filled: Bool[np.ndarray, "x y z"], start: int, stop: int) -> Float[np.ndarray, "slab y z"]:
-    """From the centre of each voxel of a slab to that of its nearest filled one, in voxels."""
-    if not filled.any():
-        return np.full((stop - start, *filled.shape[1:]), np.inf)
-    nearest = ndimage.distance_transform_edt(~filled, return_distances=False, return_indices=True)
-    assert isinstance(nearest, np.ndarray)
-    sizes = nearest.shape[1:]
-    total = np.zeros((stop - start, *sizes[1:]))
-    for axis, size in enumerate(sizes):
-        here = np.arange(size).reshape([-1 if other == axis else 1 for other in range(3)])
-        gap = nearest[axis, start:stop] - (here[start:stop] if axis == 0 else here)
-        total += gap.astype(np.float64) ** 2
-    return np.sqrt(total)
+def _squares(tree: Tree, cells: Int[np.ndarray, "cells 3"], limit: float) -> Int[np.ndarray, " cells"]:
+    """Squared distances of cells from the set, -1 beyond the limit; box by box."""
+    found = np.full(len(cells), -1, dtype=np.int64)
+    waiting = [np.arange(len(cells))] if len(cells) else []
+    while waiting:
+        part = waiting.pop()
+        low, high = cells[part].min(axis=0), cells[part].max(axis=0) + 1
+        if math.prod((high - low).tolist()) > WINDOW:
+            axis = int(np.argmax(high - low))
+            left = cells[part, axis] < (low[axis] + high[axis]) // 2
+            waiting += [part[left], part[~left]]
+            continue
+        box = distances(tree, low.tolist(), high.tolist(), limit=limit)
+        found[part] = box[tuple((cells[part] - low).T)]
+    return found
+
+
+def _centres(tree: Tree) -> Float[np.ndarray, "cells 3"]:
+    """The centres of the black voxels, mm."""
+    return np.array(tree.origin) + (to_points(tree) + 0.5) * tree.cell_size

@@ -36,12 +36,13 @@ class Mesh:
         return [face[face >= 0] for face in self.faces]
 
     def triangles(self) -> Int[np.ndarray, "triangles 3"]:
-        """The faces as triangles, each polygon fanned out from its first corner."""
+        """The faces as triangles of 64-bit indices, each polygon fanned out from its first corner."""
         fans = []
         for corner in range(1, self.faces.shape[1] - 1):
             fan = self.faces[:, [0, corner, corner + 1]]
             fans.append(fan[fan[:, 2] >= 0])
-        return np.concatenate(fans) if fans else np.zeros((0, 3), dtype=np.int64)
+        none = np.zeros((0, 3), dtype=np.int64)
+        return np.concatenate([none, *fans]).astype(np.int64, copy=False)
 
     def to_trimesh(self) -> "trimesh.Trimesh":
         """The same faces as a `trimesh.Trimesh`, vertices in the same order."""

@@ -7,6 +7,8 @@ import lib3mf
 import numpy as np
 import pytest
 import trimesh
+from dense.surface import surface
+from dense.voxels import Voxels
 
 from export.atomic import whole_file
 from export.check import check
@@ -19,9 +21,8 @@ from export.files import (
     weld,
     write_part,
 )
-from export.surface import surface
+from export.scene import WrongMesh
 from export.threemf import NAMESPACE
-from export.voxels import Voxels
 from ifs.mesh import Mesh
 
 RECIPE = {"depth": "3", "source": 'name = "A & B"\n\tpoints < 3\nü ∂'}
@@ -100,6 +101,8 @@ def test_trimesh_reads_a_solid_from_each(part, tmp_path) -> None:
     for extension in WRITABLE:
         write_part(part, tmp_path / f"part{extension}", RECIPE)
         loaded = trimesh.load_mesh(tmp_path / f"part{extension}")
+        if extension == ".glb":
+            loaded.apply_scale(1000)  # from metres
         assert loaded.is_watertight
         assert loaded.volume == pytest.approx(check(part).volume, rel=1e-5)
 
@@ -133,8 +136,9 @@ def test_a_failed_part_leaves_no_file(part, tmp_path) -> None:
         with pytest.raises(ValueError, match=word):
             write_part(part, tmp_path / "part.3mf", recipe)
     broken = Mesh(part.vertices, part.faces + len(part.vertices))
-    with pytest.raises(IndexError):
-        write_part(broken, tmp_path / "part.stl")
+    for extension in WRITABLE:
+        with pytest.raises(WrongMesh, match=r"face \d+ is .*: vertices from 0 to"):
+            write_part(broken, tmp_path / f"part{extension}")
     with pytest.raises(UnsupportedFormat, match=r"\.3mf, \.stl"):
         write_part(part, tmp_path / "part.step")
     with pytest.raises(FileNotFoundError):

@@ -4,16 +4,17 @@ import itertools
 
 import numpy as np
 import pytest
+from dense.contacts import has_contacts, join_contacts
+from dense.surface import find_sheets, surface
+from dense.voxels import EmptySolid, Solid, Voxels
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from hypothesis.extra import numpy as hnp
 from jaxtyping import TypeCheckError
 
 from export.check import check
-from export.contacts import CONTACT, FAN_COUNT, REPAIR, has_contacts, join_contacts
+from export.contacts import CONTACT, FAN_COUNT, REPAIR
 from export.files import weld
-from export.surface import find_sheets, surface
-from export.voxels import EmptySolid, Solid, Voxels
 from ifs.mesh import Mesh
 
 FLAVOURS = list(itertools.product(("exact", "smooth"), ("join", "separate")))

@@ -1,5 +1,7 @@
 """Thickening against brute force and closed forms."""
 
+import sys
+
 import numpy as np
 import pytest
 from hypothesis import given, settings
@@ -8,11 +10,12 @@ from hypothesis.extra import numpy as hnp
 
 from export.check import check
 from export.facets import Facets
-from export.surface import surface
+from export.skin import EmptySolid, skin
 from export.thicken import BAND, thicken
-from export.voxels import EmptySolid, Voxels
 from ifs import Mesh
+from trees import Cube, Tree, from_points, to_points
 
+thickening = sys.modules["export.thicken"]
 blocks = hnp.arrays(bool, hnp.array_shapes(min_dims=3, max_dims=3, max_side=5)).filter(np.any)
 
 
@@ -20,65 +23,75 @@ def dots(points: np.ndarray) -> Mesh:
     return Mesh(points, np.arange(len(points))[:, None])
 
 
-def distances(places: np.ndarray, solid: Voxels) -> np.ndarray:
-    """From every voxel centre of a grid to the nearest of some places, in mm, one by one."""
-    centres = solid.origin + (np.argwhere(np.ones_like(solid.filled)) + 0.5) * solid.pitch
-    gaps = np.linalg.norm(centres[:, None] - places[None], axis=2)
-    return gaps.min(axis=1).reshape(solid.filled.shape)
+def voxels_of(filled: np.ndarray, origin=(-1.0, 0.5, 2.0), pitch: float = 0.3) -> Tree:
+    """The filled voxels as a tree of the smallest cube."""
+    bits = (max(filled.shape) - 1).bit_length()
+    return from_points(np.argwhere(filled), bits, Cube(tuple(origin), pitch * 2**bits))
+
+
+def centres(tree: Tree) -> np.ndarray:
+    return np.array(tree.origin) + (to_points(tree) + 0.5) * tree.cell_size
+
+
+def every_cell(tree: Tree, margin: int) -> np.ndarray:
+    """The centres of all voxels of the bounding box of a tree, wider by a margin, mm."""
+    cells = to_points(tree).astype(int)
+    low, high = cells.min(axis=0) - margin, cells.max(axis=0) + margin + 1
+    grid = np.stack(np.meshgrid(*map(np.arange, low, high), indexing="ij"), axis=-1).reshape(-1, 3)
+    return np.array(tree.origin) + (grid + 0.5) * tree.cell_size
+
+
+def nearest(places: np.ndarray, points: np.ndarray) -> np.ndarray:
+    """From each place to the nearest point, one by one."""
+    return np.linalg.norm(places[:, None] - points[None], axis=2).min(axis=1)
 
 
 @settings(max_examples=60, deadline=None)
 @given(filled=blocks, steps=st.sampled_from([0, 0.4, 1, 1.5, 2, 3]))
 def test_centres_within_the_distance(filled, steps) -> None:
-    voxels = Voxels(filled, np.array([-1.0, 0.5, 2.0]), 0.3)
-    solid = thicken(voxels, steps * 0.3)
-    assert solid.field is not None
-    near = distances(voxels.centres(), solid.voxels)
-    assert np.array_equal(solid.voxels.filled, near <= steps * 0.3 + 1e-9)
-    level = max(steps, 0.5) * 0.3
-    expected = np.minimum(near - level, BAND * 0.3)
-    np.testing.assert_allclose(solid.field, expected, atol=1e-6)
-    shell = solid.voxels.filled.copy()
-    shell[1:-1, 1:-1, 1:-1] = False
-    assert not shell.any()
+    tree = voxels_of(filled)
+    solid = thicken(tree, steps * 0.3)
+    places = every_cell(tree, 5)
+    near = nearest(places, centres(tree))
+    assert np.array_equal(solid.tree.holds(places), near <= steps * 0.3 + 1e-9)
+    assert solid.tree.count == (near <= steps * 0.3 + 1e-9).sum()
+    expected = np.minimum(near - max(steps, 0.5) * 0.3, BAND * 0.3)
+    np.testing.assert_allclose(solid.field(places), expected, atol=1e-9)
 
 
 @settings(max_examples=60, deadline=None)
 @given(filled=blocks, steps=st.sampled_from([0, 0.4, 1, 2.5]), seed=st.integers(0, 2**32 - 1))
 def test_true_points_next_to_the_surface(filled, steps, seed) -> None:
-    voxels = Voxels(filled, np.array([-1.0, 0.5, 2.0]), 0.3)
-    moved = np.random.default_rng(seed).uniform(-0.15, 0.15, (voxels.count, 3))
-    points = voxels.centres() + moved
-    solid = thicken(voxels, steps * 0.3, dots(points))
-    assert solid.field is not None
-    level = max(steps, 0.5) * 0.3
-    true = distances(points, solid.voxels) - level
-    original = distances(voxels.centres(), solid.voxels) < 1e-9
+    tree = voxels_of(filled)
+    moved = np.random.default_rng(seed).uniform(-0.15, 0.15, (tree.count, 3))
+    points = centres(tree) + moved
+    solid = thicken(tree, steps * 0.3, dots(points))
+    places = every_cell(tree, 5)
+    true = nearest(places, points) - max(steps, 0.5) * 0.3
+    original = tree.holds(places)
     clear = np.abs(true) > 1e-9
-    assert np.array_equal((solid.voxels.filled & clear), ((true <= 0) | original) & clear)
+    assert np.array_equal(solid.tree.holds(places) & clear, ((true <= 0) | original) & clear)
     near = (np.abs(true) < 0.3) & ~original
-    np.testing.assert_allclose(solid.field[near], true[near], atol=1e-6)
-    assert (solid.field[original] <= 0).all()
+    np.testing.assert_allclose(solid.field(places)[near], true[near], atol=1e-9)
+    assert (solid.field(places)[original] <= 0).all()
 
 
-def test_slabs_do_not_show() -> None:
+def test_boxes_do_not_show(monkeypatch) -> None:
     rng = np.random.default_rng(0)
-    voxels = Voxels(rng.random((60, 5, 5)) < 0.02, np.zeros(3), 1.0)
-    points = voxels.centres() + rng.uniform(-0.5, 0.5, (voxels.count, 3))
-    for true in (None, dots(points)):
-        whole, parts = thicken(voxels, 2.2, true), thicken(voxels, 2.2, true, slab=1)
-        assert whole.field is not None
-        assert parts.field is not None
-        assert np.array_equal(whole.voxels.filled, parts.voxels.filled)
-        assert np.array_equal(whole.field, parts.field)
+    tree = voxels_of(rng.random((60, 5, 5)) < 0.02, (0.0, 0.0, 0.0), 1.0)
+    solid = thicken(tree, 2.2)
+    places = every_cell(tree, 4)
+    whole = solid.field(places)
+    monkeypatch.setattr(thickening, "WINDOW", 64)
+    assert np.array_equal(solid.field(places), whole)
 
 
 def test_a_thickened_point_is_a_ball() -> None:
     """Errors of the volume fall at least with the first power of the pitch."""
     errors = []
     for pitch in (0.2, 0.1, 0.05):
-        dot = Voxels(np.ones((1, 1, 1), dtype=bool), np.zeros(3), pitch)
-        report = check(surface(thicken(dot, 1.0)))
+        solid = thicken(voxels_of(np.ones((1, 1, 1), bool), (0.0, 0.0, 0.0), pitch), 1.0)
+        report = check(skin(solid.tree, "smooth", field=solid.field))
         assert report.ok
         assert report.genus == (0,)
         errors.append(abs(report.volume / (4 / 3 * np.pi) - 1))
@@ -90,12 +103,13 @@ def test_true_points_remove_the_staircase() -> None:
     """A slanted plate, from points on it: the surface lies in two planes, far within a pitch."""
     pitch, normal = 0.25, np.array([1.0, 2.0, 6.0]) / np.sqrt(41)
     grid = np.stack(np.meshgrid(*[np.arange(40)] * 3, indexing="ij"), axis=-1) + 0.5
-    height = (grid * pitch - 5.0) @ normal
-    voxels = Voxels(np.abs(height) < pitch / 2, np.zeros(3), pitch)
-    points = voxels.centres() - height[voxels.filled][:, None] * normal
+    tree = voxels_of(np.abs((grid * pitch - 5.0) @ normal) < pitch / 2, (0.0, 0.0, 0.0), pitch)
+    middles = centres(tree)
+    points = middles - ((middles - 5.0) @ normal)[:, None] * normal
     errors = {}
     for name, true in (("points", dots(points)), ("centres", None)):
-        mesh = surface(thicken(voxels, 1.5, true))
+        solid = thicken(tree, 1.5, true)
+        mesh = skin(solid.tree, "smooth", field=solid.field)
         middle = np.linalg.norm(mesh.vertices[:, :2] - 5.0, axis=1) < 2.5
         away = np.abs((mesh.vertices[middle] - 5.0) @ normal)
         errors[name] = np.abs(away - 1.5).max()
@@ -121,12 +135,12 @@ def test_distances_to_facets_against_a_fine_sampling(corners) -> None:
 
 
 def test_refusals() -> None:
-    dot = Voxels(np.ones((1, 1, 1), dtype=bool), np.zeros(3), 1.0)
+    dot = voxels_of(np.ones((1, 1, 1), dtype=bool), (0.0, 0.0, 0.0), 1.0)
     for distance in (-1.0, np.inf, np.nan):
         with pytest.raises(ValueError, match="distance"):
             thicken(dot, distance)
     with pytest.raises(EmptySolid):
-        thicken(Voxels(np.zeros((1, 1, 1), dtype=bool), np.zeros(3), 1.0), 1.0)
+        thicken(dot - dot, 1.0)
     with pytest.raises(ValueError, match="pitches"):
         thicken(dot, 1.0, dots(np.array([[9.0, 0.5, 0.5]])))
     with pytest.raises(ValueError, match="finite"):

@@ -7,11 +7,14 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from dense.surface import surface
+from dense.voxels import Voxels
 
 import ifs
 from bcifs.demo import PARTS
-from export import Voxels, make_part, surface, write_part
+from export import make_part, write_part
 from ifs import Mesh
+from trees.topology import components
 
 SLICER = shutil.which("prusa-slicer")
 ADMESH = shutil.which("admesh")
@@ -36,7 +39,7 @@ def part(request, tmp_path_factory) -> tuple[Path, int]:
     path = tmp_path_factory.mktemp("parts") / f"{request.param}.3mf"
     write_part(made.mesh, path, made.recipe)
     write_part(made.mesh, path.with_suffix(".stl"), made.recipe)
-    return path, made.voxels.components(6)
+    return path, len(components(made.tree))
 
 
 @pytest.mark.slow

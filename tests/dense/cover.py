@@ -7,9 +7,9 @@ from typing import no_type_check
 
 import numba
 import numpy as np
+from dense.voxels import Voxels
 from jaxtyping import Bool, Float
 
-from export.voxels import Voxels
 from ifs import Shape, bounding_box, pieces
 
 TOLERANCE = 1e-7
@@ -101,27 +101,6 @@ def space_box(shape: Shape) -> tuple[Float[np.ndarray, "3"], Float[np.ndarray, "
     low, high = bounding_box(shape)
     missing = 3 - len(low)
     return np.pad(low, (0, missing)), np.pad(high, (0, missing))
-
-
-def lattice_resolution(shape: Shape, depth: int) -> int | None:
-    """How many voxels along the longest side make every piece at a depth a whole number of voxels.
-
-    None when the pieces' boxes are not equal cubes on a lattice.
-
-    >>> import ifs
-    >>> lattice_resolution(ifs.shape("menger-sponge"), 2)
-    9
-    """
-    low, high = space_box(shape)
-    longest = float((high - low).max())
-    side = None
-    for batch in pieces(shape.system, shape.control, depth=depth):
-        sides = batch.hi - batch.lo
-        side = float(sides[0, 0]) if side is None else side
-        places = (batch.lo - low[: sides.shape[1]]) / side if side > 0 else np.full_like(sides, 0.5)
-        if np.abs(sides - side).max() > 1e-9 * longest or np.abs(places - np.round(places)).max() > 1e-6:
-            return None
-    return round(longest / side) if side else None
 
 
 def _ranges(lo, hi, origin, pitch: float, grid: tuple[int, ...]):

@@ -1,14 +1,12 @@
-"""The voxel cover of an attractor, and the part made from it."""
+"""The part made from the voxels that cover an attractor."""
 
 import numpy as np
 import pytest
 
-import automata
 import ifs
-from export import Voxels, cover, make_part, surface
-from export.cover import TOLERANCE, TooManyVoxels, lattice_resolution
-
-SHAPES = [name for name in automata.builtin_names() if name != "menger-sponge"]
+from export import Budget, OverBudget, make_part, skin, voxelise
+from export.frame import TOLERANCE, lattice_resolution
+from trees import Tree, to_points
 
 
 def chaos_game(shape: ifs.Shape, count: int) -> np.ndarray:
@@ -28,51 +26,31 @@ def chaos_game(shape: ifs.Shape, count: int) -> np.ndarray:
     return np.pad(places, ((0, 0), (0, 3 - places.shape[1])))
 
 
-def inside(voxels: Voxels, points: np.ndarray) -> np.ndarray:
-    """Whether points lie in closed filled voxels, widened by the stated tolerance."""
-    places = (points - voxels.origin) / voxels.pitch
+def inside(tree: Tree, points: np.ndarray) -> np.ndarray:
+    """Whether points lie in closed black voxels, widened by the stated tolerance."""
+    places = (points - tree.origin) / tree.cell_size
     found = np.zeros(len(points), dtype=bool)
-    top = np.array(voxels.filled.shape) - 1
     for slack in np.stack(np.meshgrid(*[(-TOLERANCE, TOLERANCE)] * 3), axis=-1).reshape(-1, 3):
-        index = np.clip(np.floor(places + slack).astype(int), 0, top)
-        within = (places >= index - TOLERANCE) & (places <= index + 1 + TOLERANCE)
-        found |= within.all(axis=1) & voxels.filled[tuple(index.T)]
+        found |= tree.holds_cells(np.floor(places + slack).astype(int))
     return found
 
 
-@pytest.mark.parametrize("name", automata.builtin_names())
-@pytest.mark.parametrize("resolution", [17, 64])
-def test_every_point_of_the_attractor_lies_in_a_filled_voxel(name, resolution):
-    shape = ifs.shape(name)
-    assert inside(cover(shape, resolution).voxels, chaos_game(shape, 10_000)).all()
+def centres(tree: Tree) -> np.ndarray:
+    return np.array(tree.origin) + (to_points(tree) + 0.5) * tree.cell_size
 
 
-@pytest.mark.parametrize("name", SHAPES)
-def test_no_filled_voxel_is_far_from_the_attractor(name):
-    from scipy.spatial import KDTree
-
-    shape = ifs.shape(name)
-    found = cover(shape, 20)
-    points = chaos_game(shape, 40_000)
-    distance, _ = KDTree(points).query(found.voxels.centres())
-    # The sample itself is no finer than about a pitch here; the bound holds for the far corner of a voxel.
-    assert distance.max() <= found.distance
-    assert found.distance <= 2 * np.sqrt(3) * found.voxels.pitch * (1 + 1e-9)
-
-
-@pytest.mark.parametrize(("level", "genus"), [(1, 5), (2, 81), (3, 1409)])
+@pytest.mark.parametrize(("level", "genus"), [(1, 5), (2, 81), (3, 1409), (4, 26433)])
 def test_menger_levels_are_exact(level, genus):
     part = make_part(ifs.shape("menger-sponge"), size=1.0, depth=level)
-    assert part.voxels.filled.shape == (3**level,) * 3
     assert part.report.ok
     assert part.report.genus == (genus,)
     assert part.report.volume == pytest.approx((20 / 27) ** level, rel=1e-9)
-    assert part.voxels.count == 20**level
+    assert part.tree.count == 20**level
 
 
 def test_the_limit_of_the_sponge_on_its_own_grid_is_the_sponge_of_that_level():
     shape = ifs.shape("menger-sponge")
-    assert np.array_equal(cover(shape, 27).voxels.filled, cover(shape, 27, depth=3).voxels.filled)
+    assert voxelise(shape, 27).tree == voxelise(shape, 27, depth=3).tree
 
 
 def test_a_lattice_is_found_only_where_there_is_one():
@@ -87,15 +65,15 @@ def test_a_thickened_curve_is_a_ball_swept_over_it():
     shape = ifs.shape("koch-curve")
     radius = 3.0
     part = make_part(shape, size=60, thickness=2 * radius, resolution=120)
-    pitch = part.voxels.pitch
+    pitch = part.tree.cell_size
     points = chaos_game(shape, 20_000) * (60 / 90)
     directions = np.random.default_rng(3).normal(size=points.shape)
     directions /= np.linalg.norm(directions, axis=1, keepdims=True)
     # A mesh with edges of a voxel stands for the curve, and each voxel of the part for its centre.
     reach = radius - 1.5 * np.sqrt(3) * pitch
     assert part.report.ok
-    assert inside(part.voxels, points + reach * directions).all()
-    distance, _ = KDTree(points).query(part.voxels.centres())
+    assert inside(part.tree, points + reach * directions).all()
+    distance, _ = KDTree(points).query(centres(part.tree))
     assert distance.max() <= radius + np.sqrt(3) * pitch
 
 
@@ -103,8 +81,8 @@ def test_smooth_and_exact_surfaces_share_their_triangles():
     shape = ifs.shape("doo-sabin-patch")
     solid = make_part(shape, thickness=3.0, resolution=40)
     exact = make_part(shape, thickness=3.0, resolution=40, style="exact")
-    assert len(solid.voxels.filled) == len(exact.voxels.filled)
-    assert exact.report.volume == pytest.approx(surface_volume(surface(exact.voxels, "exact")), rel=1e-12)
+    assert solid.tree == exact.tree
+    assert exact.report.volume == pytest.approx(surface_volume(skin(exact.tree, "exact")), rel=1e-12)
     assert solid.report.genus == exact.report.genus == (0,)
     assert solid.report.volume == pytest.approx(exact.report.volume, rel=0.15)
 
@@ -128,11 +106,16 @@ def test_senseless_numbers_are_refused(options, words):
         make_part(ifs.shape("koch-curve"), **options)
 
 
-def test_a_grid_that_cannot_fit_is_refused_before_any_work():
-    with pytest.raises(TooManyVoxels, match="Lower the resolution"):
-        make_part(ifs.shape("menger-sponge"), resolution=5000)
-    with pytest.raises(TooManyVoxels):
-        make_part(ifs.shape("menger-sponge"), resolution=1100, thickness=1.0)
+def test_too_much_is_refused_before_any_work():
+    sponge = ifs.shape("menger-sponge")
+    with pytest.raises(OverBudget, match=r"a resolution of \d+ fits") as caught:
+        make_part(sponge, resolution=5000)
+    assert caught.value.prediction.triangles > 10**8
+    with pytest.raises(OverBudget):
+        make_part(sponge, resolution=5000, thickness=1.0)
+    coarser = make_part(sponge, resolution=5000, budget=Budget(triangles=100_000, exceeded="coarsen"))
+    assert 2_000 < len(coarser.mesh.faces) < 200_000
+    assert int(coarser.recipe["Resolution"]) < 400
 
 
 def test_progress_rises_to_one():
@@ -141,4 +124,4 @@ def test_progress_rises_to_one():
     shares = [share for stage, share in told if stage == "voxels"]
     assert shares == sorted(shares)
     assert shares[-1] == pytest.approx(1.0)
-    assert [*dict.fromkeys(stage for stage, _ in told)] == ["voxels", "thickness", "surface", "check"]
+    assert [*dict.fromkeys(stage for stage, _ in told)] == ["voxels", "surface", "check"]

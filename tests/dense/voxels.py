@@ -6,11 +6,9 @@ from typing import Literal
 import numpy as np
 from jaxtyping import Bool, Float
 
+from export.skin import EmptySolid as EmptySolid
+
 Connectivity = Literal[6, 18, 26]
-
-
-class EmptySolid(ValueError):
-    """There is no filled voxel, so there is nothing to thicken, to mesh or to print."""
 
 
 @dataclass(frozen=True, eq=False)

@@ -1,0 +1,1 @@
+"""What is looked at by `export.check`, one question a file."""
