@@ -41,7 +41,7 @@ def explain(error: BaseException) -> str:
     if isinstance(error, KeyboardInterrupt):
         return "interrupted; nothing was left half-written"
     if isinstance(error, MemoryError):
-        return f"not enough memory ({error}): ask for a smaller --depth or --resolution, or print with --coarsen"
+        return f"not enough memory ({error}): ask for a smaller --depth or --resolution, or use --coarsen"
     if isinstance(error, OSError) and error.strerror:
         return f"{error.filename}: {error.strerror}" if error.filename else error.strerror
     return str(error) or type(error).__name__

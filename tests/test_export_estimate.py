@@ -4,10 +4,10 @@ import re
 
 import pytest
 from dense.cover import cover
+from dense.surface import surface
 
 import automata
 import ifs
-from export import surface
 from export.estimate import Budget, OverBudget, Prediction, estimate, faces_of
 from export.voxelise import voxelise
 
