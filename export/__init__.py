@@ -1,15 +1,15 @@
 """Attractors to voxels to printable meshes, their check, and the files they leave in."""
 
 from export.check import Fault, Report, check
-from export.estimate import Budget, OverBudget, Prediction, estimate
 from export.files import UnreadableMesh, UnsupportedFormat, check_writable, read_mesh, write_part
+from export.formats.scene import Body, Place, Scene, WrongMesh, WrongScene
+from export.formats.slices import WrongSlices, write_slices
+from export.formats.tree_files import write_cells
+from export.meshing.skin import EmptySolid, skin
 from export.part import Part, make_part
-from export.scene import Body, Place, Scene, WrongMesh, WrongScene
-from export.skin import EmptySolid, skin
-from export.slices import WrongSlices, write_slices
 from export.thicken import Solid, thicken
-from export.tree_files import write_cells
-from export.voxelise import Cover, voxelise
+from export.voxels.estimate import Budget, OverBudget, Prediction, estimate
+from export.voxels.voxelise import Cover, voxelise
 
 __all__ = [
     "Body",

@@ -5,7 +5,7 @@ import math
 import numpy as np
 from jaxtyping import Float, Int
 
-from export.adjacency import (
+from export.checks.adjacency import (
     closed_shells,
     euler_characteristics,
     find_edges,
@@ -13,12 +13,12 @@ from export.adjacency import (
     find_shells,
 )
 from export.checks.crossings import crossed_edges, crossings, meeting_places
+from export.checks.nesting import misplaced_shells
 from export.checks.overhangs import overhangs
 from export.checks.places import representatives
 from export.checks.report import PLACES, Fault, Narrow, Report, as_place, fault
 from export.checks.triangle_tree import TriangleTree, triangle_tree
 from export.checks.widths import Widths, walls_and_gaps
-from export.nesting import misplaced_shells
 from ifs.mesh import Mesh
 from trees.tree import Tree
 

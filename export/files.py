@@ -6,12 +6,12 @@ from pathlib import Path
 
 import numpy as np
 
-from export.glb import write_glb
-from export.obj import write_obj
-from export.ply import write_ply
-from export.scene import Scene
-from export.stl import write_stl
-from export.threemf import write_3mf
+from export.formats.glb import write_glb
+from export.formats.obj import write_obj
+from export.formats.ply import write_ply
+from export.formats.scene import Scene
+from export.formats.stl import write_stl
+from export.formats.threemf import write_3mf
 from ifs.mesh import Mesh
 
 _WRITERS = {
@@ -96,7 +96,7 @@ def read_mesh(path: str | os.PathLike[str]) -> Mesh:
 def _read(content: bytes, extension: str) -> Mesh:
     import trimesh
 
-    from export.glb_reader import read_glb
+    from export.formats.glb_reader import read_glb
 
     if extension == ".glb":
         return read_glb(content)

@@ -7,12 +7,12 @@ from importlib.metadata import version
 from typing import Literal
 
 from export.check import Report, check
-from export.estimate import Budget
 from export.facets import Facets
-from export.frame import lattice_resolution
-from export.skin import skin
+from export.meshing.skin import skin
 from export.thicken import thicken
-from export.voxelise import Progress, voxelise
+from export.voxels.estimate import Budget
+from export.voxels.frame import lattice_resolution
+from export.voxels.voxelise import Progress, voxelise
 from ifs import Mesh, Shape, bounding_box, draw, initial, refine
 from trees import Tree
 

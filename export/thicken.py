@@ -9,7 +9,7 @@ from jaxtyping import Float, Int
 from scipy import spatial
 
 from export.facets import Facets
-from export.skin import EmptySolid, Field
+from export.meshing.skin import EmptySolid, Field
 from ifs import Mesh
 from trees import Cube, Tree, from_morton, to_morton, to_points
 from trees.morphology import Ball, dilation, distances
@@ -24,7 +24,7 @@ WINDOW = 2**24  # voxels of a box in which distances are looked up
 class Solid:
     """Voxels, and the distance in mm from places to their surface: at most 0 in black voxels.
 
-    `field` takes centres of voxels, `(n, 3)` in mm; see `export.skin`.
+    `field` takes centres of voxels, `(n, 3)` in mm; see `export.meshing.skin`.
     """
 
     tree: Tree

@@ -7,9 +7,9 @@ from pathlib import Path
 import numpy as np
 from jaxtyping import Float
 
-from export.atomic import whole_file
 from export.files import UnsupportedFormat
-from export.openvdb import write_grid
+from export.formats.atomic import whole_file
+from export.formats.openvdb import write_grid
 from ifs.measures.grid import Density
 
 ENDINGS = (".vdb", ".vti")

@@ -8,8 +8,8 @@ from dense.surface import surface
 
 import automata
 import ifs
-from export.estimate import Budget, OverBudget, Prediction, estimate, faces_of
-from export.voxelise import voxelise
+from export.voxels.estimate import Budget, OverBudget, Prediction, estimate, faces_of
+from export.voxels.voxelise import voxelise
 
 NAMES = [name for name in automata.builtin_names() if name not in ("menger-sponge", "fractal-patch")]
 

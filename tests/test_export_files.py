@@ -10,7 +10,6 @@ import trimesh
 from dense.surface import surface
 from dense.voxels import Voxels
 
-from export.atomic import whole_file
 from export.check import check
 from export.files import (
     WRITABLE,
@@ -21,8 +20,9 @@ from export.files import (
     weld,
     write_part,
 )
-from export.scene import WrongMesh
-from export.threemf import NAMESPACE
+from export.formats.atomic import whole_file
+from export.formats.scene import WrongMesh
+from export.formats.threemf import NAMESPACE
 from ifs.mesh import Mesh
 
 RECIPE = {"depth": "3", "source": 'name = "A & B"\n\tpoints < 3\nü ∂'}

@@ -15,12 +15,12 @@ import trimesh
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from export import archive, deflate, threemf
-from export.archive import zip_archive
-from export.deflate import deflated, zlib_stream
 from export.files import WRITABLE, UnreadableMesh, read_mesh, write_part
-from export.scene import Body, Place, Scene, WrongMesh, WrongScene, moved
-from export.text import length_rows, number_rows
+from export.formats import archive, deflate, threemf
+from export.formats.archive import zip_archive
+from export.formats.deflate import deflated, zlib_stream
+from export.formats.scene import Body, Place, Scene, WrongMesh, WrongScene, moved
+from export.formats.text import length_rows, number_rows
 from ifs.mesh import Mesh
 
 

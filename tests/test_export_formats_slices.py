@@ -12,11 +12,11 @@ import pytest
 from PIL import Image
 
 import trees
-from export import slices
 from export.files import WRITABLE, UnsupportedFormat, write_part
-from export.layers import cell_box, layers
-from export.slices import WrongSlices, write_slices
-from export.tree_files import write_cells
+from export.formats import slices
+from export.formats.layers import cell_box, layers
+from export.formats.slices import WrongSlices, write_slices
+from export.formats.tree_files import write_cells
 from ifs.mesh import Mesh
 from trees.files import read_hypertree_grid, read_vdb
 from trees.tree import Tree

@@ -10,9 +10,9 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 import ifs
-from export import lattice
-from export.lattice import NotOnLattice
-from export.voxelise import voxelise
+from export.voxels import lattice
+from export.voxels.lattice import NotOnLattice
+from export.voxels.voxelise import voxelise
 from ifs.maps.maps import Map, affine
 from ifs.maps.plain import from_maps
 from trees import from_substitution, to_points

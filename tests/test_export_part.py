@@ -5,7 +5,7 @@ import pytest
 
 import ifs
 from export import Budget, OverBudget, make_part, skin, voxelise
-from export.frame import TOLERANCE, lattice_resolution
+from export.voxels.frame import TOLERANCE, lattice_resolution
 from trees import Tree, to_points
 
 

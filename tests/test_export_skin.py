@@ -13,8 +13,8 @@ from hypothesis import strategies as st
 from hypothesis.extra import numpy as hnp
 
 from export.check import check
-from export.skin import skin
-from export.skin_joining import has_contacts, join_contacts
+from export.meshing.joining import has_contacts, join_contacts
+from export.meshing.skin import skin
 from ifs.mesh import Mesh
 from trees import Cube, Tree, TreeError, empty, from_array, from_points, full, to_array, unit_cube
 from trees.runs import tree_of_runs

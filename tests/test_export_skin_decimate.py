@@ -4,8 +4,8 @@ import numpy as np
 import pytest
 
 from export.check import check
-from export.skin import skin
-from export.skin_decimate import decimated
+from export.meshing.decimate import decimated
+from export.meshing.skin import skin
 from ifs.mesh import Mesh
 from trees import Cube, from_array, from_points
 

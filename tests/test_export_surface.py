@@ -13,8 +13,8 @@ from hypothesis.extra import numpy as hnp
 from jaxtyping import TypeCheckError
 
 from export.check import check
-from export.contacts import CONTACT, FAN_COUNT, REPAIR
 from export.files import weld
+from export.meshing.contacts import CONTACT, FAN_COUNT, REPAIR
 from ifs.mesh import Mesh
 
 FLAVOURS = list(itertools.product(("exact", "smooth"), ("join", "separate")))

@@ -10,7 +10,7 @@ from hypothesis.extra import numpy as hnp
 
 from export.check import check
 from export.facets import Facets
-from export.skin import EmptySolid, skin
+from export.meshing.skin import EmptySolid, skin
 from export.thicken import BAND, thicken
 from ifs import Mesh
 from trees import Cube, Tree, from_points, to_points

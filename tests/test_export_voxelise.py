@@ -10,9 +10,9 @@ from scipy.spatial import KDTree
 
 import automata
 import ifs
-from export import piece_walk
-from export.masses import masses
-from export.voxelise import Cover, voxelise
+from export.voxels import piece_walk
+from export.voxels.masses import masses
+from export.voxels.voxelise import Cover, voxelise
 from ifs.maps.maps import affine, similarity
 from ifs.maps.plain import from_maps
 from ifs.orbits import points

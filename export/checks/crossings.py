@@ -5,7 +5,7 @@ from dataclasses import dataclass
 import numpy as np
 from jaxtyping import Bool, Float, Int
 
-from export.adjacency import Edges
+from export.checks.adjacency import Edges
 from export.checks.triangle_tree import TriangleTree
 
 WORK = 20_000_000_000  # boxes looked at, where an exact test counts as 32

@@ -1,6 +1,6 @@
 """Meshes whose triangles do not share vertices, as other programs write them."""
 
-from export.adjacency import find_edges
+from export.checks.adjacency import find_edges
 from export.checks.report import Fault
 from export.files import weld
 from ifs.mesh import Mesh

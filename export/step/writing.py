@@ -8,7 +8,7 @@ from typing import Any
 
 import numpy as np
 
-from export.atomic import whole_file
+from export.formats.atomic import whole_file
 from export.step.facets import facet_leaves
 from export.step.fit import surfaces
 from export.step.joints import Sheet, joined

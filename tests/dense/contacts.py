@@ -7,7 +7,7 @@ import numpy as np
 from dense.voxels import Voxels
 from jaxtyping import Bool
 
-from export.contacts import CONTACT, REPAIR
+from export.meshing.contacts import CONTACT, REPAIR
 
 
 def pad(filled: Bool[np.ndarray, "x y z"]) -> Bool[np.ndarray, "a b c"]:

@@ -8,9 +8,9 @@ from dense.contacts import corner_code, join_contacts, pad
 from dense.voxels import EmptySolid, Solid, Voxels
 from jaxtyping import Float, Int
 
-from export.contacts import FAN_COUNT, FANS
-from export.sheets import Sheets, contact_sides, exact_corners, means
-from export.triangulate import Polygons, triangulate
+from export.meshing.contacts import FAN_COUNT, FANS
+from export.meshing.sheets import Sheets, contact_sides, exact_corners, means
+from export.meshing.triangulate import Polygons, triangulate
 from ifs.mesh import Mesh
 
 Style = Literal["smooth", "exact"]

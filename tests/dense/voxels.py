@@ -6,7 +6,7 @@ from typing import Literal
 import numpy as np
 from jaxtyping import Bool, Float
 
-from export.skin import EmptySolid as EmptySolid
+from export.meshing.skin import EmptySolid as EmptySolid
 
 Connectivity = Literal[6, 18, 26]
 

@@ -9,8 +9,8 @@ from typing import Any
 
 import numpy as np
 
-from export.atomic import whole_file
-from export.scene import Scene, WrongScene, check_scene, scene_of, triangle_colours, triangles
+from export.formats.atomic import whole_file
+from export.formats.scene import Scene, WrongScene, check_scene, scene_of, triangle_colours, triangles
 from ifs.mesh import Mesh
 
 MAGIC, JSON, BINARY = b"glTF", b"JSON", b"BIN\0"

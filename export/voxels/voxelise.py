@@ -4,10 +4,10 @@ import math
 from collections.abc import Callable
 from dataclasses import dataclass
 
-from export.estimate import Budget, Prediction, fitted
-from export.frame import TOLERANCE, Frame, Model, frame_around, in_grid, subject
-from export.lattice import NotOnLattice, lattice_tree
-from export.piece_walk import walked
+from export.voxels.estimate import Budget, Prediction, fitted
+from export.voxels.frame import TOLERANCE, Frame, Model, frame_around, in_grid, subject
+from export.voxels.lattice import NotOnLattice, lattice_tree
+from export.voxels.piece_walk import walked
 from trees import Tree
 
 Progress = Callable[[str, float], None]
@@ -80,11 +80,11 @@ def voxelise(
 
     "walk" goes through all pieces, depth first, and leaves out those whose voxels are black; grids of over
     2^31 voxels are filled in blocks, so that memory is in proportion to the result. "lattice" works out each
-    arrangement of pieces in a box once (`export.lattice`), which is exact (`outer` is then rounding of the
-    grid alone); "auto" takes it for large grids where it is quick, else walks. Both give the same voxels.
+    arrangement of pieces in a box once (`export.voxels.lattice`), which is exact (`outer` is then rounding of
+    the grid alone); "auto" takes it for large grids where it is quick, else walks. Both give the same voxels.
 
     `progress("voxels", share)` is told from time to time. A budget is compared with a prediction first:
-    `export.estimate`.
+    `export.voxels.estimate`.
 
     Raises `ValueError` for numbers out of range and a shape that is a single point, `OverBudget`,
     `TooFine` below the precision of doubles, `NotOnLattice` where that way is asked for, `NotContracting`

@@ -73,7 +73,7 @@ def _in_threads(first: bytes, second: bytes, blocks: Iterator[bytes]) -> Iterato
 
 
 def _packed(block: bytes) -> bytes:
-    from export import deflate_kernels as kernels
+    from export.formats import deflate_kernels as kernels
 
     data = np.frombuffer(block, dtype=np.uint8)
     tokens = np.empty(len(data), dtype=np.uint32)

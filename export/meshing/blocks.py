@@ -12,7 +12,7 @@ from typing import no_type_check
 import numba
 import numpy as np
 
-from export.skin_words import FULL, ONE, ZERO, checkered, ones, opposite, spread
+from export.meshing.words import FULL, ONE, ZERO, checkered, ones, opposite, spread
 
 MIXED = 2
 

@@ -20,7 +20,7 @@ def decimated(mesh: Mesh, tolerance_mm: float, limit: int = MAX_TRIANGLES) -> Me
     Raises `ValueError` for a tolerance that is no positive length, for a mesh that is not closed or has more
     triangles than the limit, and where the library fails.
 
-    >>> from export.skin import skin
+    >>> from export.meshing.skin import skin
     >>> from trees import full, unit_cube
     >>> decimated(skin(full(unit_cube(3), bits=3)), 0.001).faces.shape
     (12, 3)

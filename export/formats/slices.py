@@ -14,11 +14,11 @@ from pathlib import Path
 import numpy as np
 from jaxtyping import Int64
 
-from export.archive import zip_archive
-from export.atomic import whole_file, whole_folder
-from export.deflate import zlib_stream
 from export.files import UnsupportedFormat
-from export.layers import CellBox, Picture, cell_box, layers
+from export.formats.archive import zip_archive
+from export.formats.atomic import whole_file, whole_folder
+from export.formats.deflate import zlib_stream
+from export.formats.layers import CellBox, Picture, cell_box, layers
 from trees.tree import Tree
 
 FORMATS = ("png", "svg")
@@ -169,7 +169,7 @@ def _png(picture: Picture, pitch: float) -> bytes:
 
 def _svg(picture: Picture, pitch: float) -> bytes:
     """The outlines as one path, to a millionth of a millimetre."""
-    from export import slices_kernels as kernels
+    from export.formats import slices_kernels as kernels
 
     flipped = np.pad(picture[::-1], 1)
     corners, sizes = kernels.outlines(flipped, kernels.corner_count(flipped))

@@ -4,8 +4,8 @@ import os
 
 import numpy as np
 
-from export.atomic import whole_file
-from export.scene import Scene, check_scene, placed, scene_of, triangles
+from export.formats.atomic import whole_file
+from export.formats.scene import Scene, check_scene, placed, scene_of, triangles
 from ifs.mesh import Mesh
 
 STL_HEADER = b"bcifs binary STL, lengths in millimetres".ljust(80)
@@ -25,7 +25,7 @@ def write_stl(shape: Mesh | Scene, path: str | os.PathLike[str]) -> None:
     >>> place.stat().st_size
     134
     """
-    from export.stl_kernels import fill
+    from export.formats.stl_kernels import fill
 
     scene = scene_of(shape)
     check_scene(scene)

@@ -3,10 +3,10 @@
 import os
 from collections.abc import Mapping
 
-from export.atomic import whole_file
-from export.ply import comment_lines
-from export.scene import Scene, check_scene, placed, scene_of, triangles
-from export.text import number_rows
+from export.formats.atomic import whole_file
+from export.formats.ply import comment_lines
+from export.formats.scene import Scene, check_scene, placed, scene_of, triangles
+from export.formats.text import number_rows
 from ifs.mesh import Mesh
 
 ROWS = 20_000  # turned into text at a time

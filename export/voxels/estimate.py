@@ -5,8 +5,8 @@ from dataclasses import dataclass, fields
 
 import numpy as np
 
-from export.frame import TOLERANCE, Frame, Model, frame_around, in_grid
-from export.piece_walk import walked
+from export.voxels.frame import TOLERANCE, Frame, Model, frame_around, in_grid
+from export.voxels.piece_walk import walked
 from ifs import Shape
 from trees import Tree, to_array
 
@@ -159,7 +159,7 @@ def estimate(
     similarity dimension. The boxes of the pieces of a `depth` are solids from voxels of their size on. Counts
     of grids that a lattice fractal does not fit differ by a factor of up to about 2.
 
-    Raises what `export.voxelise` raises.
+    Raises what `export.voxels.voxelise` raises.
 
     >>> import ifs
     >>> found = estimate(ifs.shape("menger-sponge"), 243)

@@ -30,7 +30,7 @@ def length_rows(words: Sequence[str], table: Float[np.ndarray, "rows columns"]) 
 
 
 def _text(words: Sequence[str], table: np.ndarray, millionths: bool) -> bytes:
-    from export import text_kernels as kernels
+    from export.formats import text_kernels as kernels
 
     raw = [word.encode() for word in words]
     ends = np.cumsum([0, *map(len, raw)])

@@ -5,8 +5,8 @@ from collections.abc import Mapping
 
 import numpy as np
 
-from export.atomic import whole_file
-from export.scene import Body, Scene, check_scene, placed, scene_of, triangle_faces, triangles
+from export.formats.atomic import whole_file
+from export.formats.scene import Body, Scene, check_scene, placed, scene_of, triangle_faces, triangles
 from ifs.mesh import Mesh
 
 FACE = [("count", "u1"), ("corners", "<i4", 3)]

@@ -9,8 +9,8 @@ from typing import no_type_check
 import numba
 import numpy as np
 
-from export.skin_diagonals import fits
-from export.skin_words import AXES, FIRST, ONE, ZERO, along, before, lowest, ones, place
+from export.meshing.diagonals import fits
+from export.meshing.words import AXES, FIRST, ONE, ZERO, along, before, lowest, ones, place
 
 SPREAD = np.uint64(0x9E3779B97F4A7C15)
 

@@ -5,7 +5,7 @@ from typing import no_type_check
 import numba
 import numpy as np
 
-from export.skin_words import AXES, ONE, ZERO, lowest, spread, touching
+from export.meshing.words import AXES, ONE, ZERO, lowest, spread, touching
 
 
 @no_type_check

@@ -5,7 +5,7 @@ from dataclasses import dataclass
 import numpy as np
 from jaxtyping import Float
 
-from export.voxelise import Cover
+from export.voxels.voxelise import Cover
 from ifs import Shape
 from ifs.measures.density import density
 from ifs.measures.grid import Grid
@@ -32,7 +32,7 @@ def masses(shape: Shape, cover: Cover, probabilities: Given | None = None, part:
     the volume of a voxel for a density. Raises what `density` raises.
 
     >>> import ifs
-    >>> from export.voxelise import voxelise
+    >>> from export.voxels.voxelise import voxelise
     >>> sponge = ifs.shape("menger-sponge")
     >>> found = masses(sponge, voxelise(sponge, 9))
     >>> len(found.amounts), round(float(found.amounts.min()) * 400, 9), found.error

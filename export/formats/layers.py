@@ -35,7 +35,7 @@ def cell_box(tree: Tree) -> CellBox | None:
     >>> box.low.tolist(), box.high.tolist()
     ([1, 2, 0], [3, 3, 4])
     """
-    from export import slices_kernels as kernels
+    from export.formats import slices_kernels as kernels
 
     if not tree:
         return None
@@ -56,7 +56,7 @@ def layers(tree: Tree, box: CellBox, heights: Int64[np.ndarray, " layers"]) -> I
     >>> [picture.tolist() for picture in layers(tree, cell_box(tree), np.array([0, 1, 3]))]
     [[[0, 1]], [[0, 0]], [[1, 0]]]
     """
-    from export import slices_kernels as kernels
+    from export.formats import slices_kernels as kernels
 
     width, depth, _ = box.sides.tolist()
     picture = np.zeros((depth, width), dtype=np.uint8)

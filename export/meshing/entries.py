@@ -27,7 +27,7 @@ def entries(tree: Tree) -> tuple[Keys, Keys, int]:
 
 def contact_blocks(tree: Tree) -> Keys:
     """The keys of the blocks of corners in which two sheets of the boundary touch."""
-    from export.skin_blocks import collected
+    from export.meshing.blocks import collected
 
     return collected(*entries(tree), 1)[1]
 

@@ -9,9 +9,9 @@ from xml.sax.saxutils import escape, quoteattr
 import numpy as np
 from jaxtyping import Float
 
-from export.archive import zip_archive
-from export.atomic import whole_file
-from export.scene import (
+from export.formats.archive import zip_archive
+from export.formats.atomic import whole_file
+from export.formats.scene import (
     Body,
     Place,
     Scene,
@@ -22,7 +22,7 @@ from export.scene import (
     triangle_colours,
     triangles,
 )
-from export.text import length_rows, number_rows
+from export.formats.text import length_rows, number_rows
 from ifs.mesh import Mesh
 
 NAMESPACE = "urn:bcifs:recipe:1"

@@ -3,7 +3,7 @@
 import numpy as np
 from jaxtyping import UInt64
 
-from export.skin_entries import brick_words, check_space, contact_blocks
+from export.meshing.entries import brick_words, check_space, contact_blocks
 from trees.tree import Tree, of_bricks
 
 Keys = UInt64[np.ndarray, " _keys"]
@@ -41,8 +41,8 @@ def join_contacts(tree: Tree) -> Tree:
 
 def join_at(tree: Tree, blocks: Keys) -> Tree:
     """`join_contacts`, given the blocks that have contacts."""
-    from export.contacts import CONTACT, REPAIR
-    from export.skin_joining_kernels import fill
+    from export.meshing.contacts import CONTACT, REPAIR
+    from export.meshing.joining_kernels import fill
 
     while len(blocks):
         near = beside(blocks, -1)

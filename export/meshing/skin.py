@@ -6,8 +6,8 @@ from dataclasses import dataclass
 import numpy as np
 from jaxtyping import Float, Int, UInt64
 
-from export.skin_entries import check_space, entries
-from export.skin_joining import join_at
+from export.meshing.entries import check_space, entries
+from export.meshing.joining import join_at
 from ifs.mesh import Mesh
 from trees.errors import TooManyPieces
 from trees.tree import Tree
@@ -86,7 +86,7 @@ def skin(
         raise EmptySolid("no cell is black: there is no surface")
     blocks, touched = _blocks(tree)
     if len(touched) and contacts == "separate":
-        from export.skin_sheets import parted
+        from export.meshing.parted import parted
 
         shares = _shares(tree, blocks, None if style == "exact" else field)
         return parted(tree, blocks.rows, shares, style, gap)
@@ -98,8 +98,8 @@ def skin(
 
 def _blocks(tree: Tree) -> tuple[Blocks, UInt64[np.ndarray, " _touched"]]:
     """The blocks of a tree, and the keys of those with contacts."""
-    from export.skin_blocks import collected
-    from export.skin_kernels import bases_of, table_of
+    from export.meshing.blocks import collected
+    from export.meshing.kernels import bases_of, table_of
 
     rows, touched, vertices, squares = collected(*entries(tree), 0)
     if 2 * squares > MAX_TRIANGLES:
@@ -112,7 +112,7 @@ def _blocks(tree: Tree) -> tuple[Blocks, UInt64[np.ndarray, " _touched"]]:
 
 
 def _exact(tree: Tree, blocks: Blocks) -> Mesh:
-    from export.skin_kernels import corners, flat_triangles
+    from export.meshing.kernels import corners, flat_triangles
 
     vertices = np.empty((blocks.vertices, 3))
     corners(blocks.rows, np.array(tree.origin), tree.cell_size, vertices)
@@ -122,8 +122,8 @@ def _exact(tree: Tree, blocks: Blocks) -> Mesh:
 
 
 def _smooth(tree: Tree, blocks: Blocks, field: Field | None) -> Mesh:
-    from export.skin_kernels import bent_triangles, chosen, means, placed
-    from export.triangulate import MARGIN
+    from export.meshing.kernels import bent_triangles, chosen, means, placed
+    from export.meshing.triangulate import MARGIN
 
     where = blocks.rows, blocks.bases, blocks.slots
     shares = _shares(tree, blocks, field)
@@ -143,7 +143,7 @@ def _shares(tree: Tree, blocks: Blocks, field: Field | None) -> Float[np.ndarray
 
     Without a field there are none: everywhere half-way.
     """
-    from export.skin_kernels import cells_beside
+    from export.meshing.kernels import cells_beside
 
     if field is None:
         return np.zeros(0)

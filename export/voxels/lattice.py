@@ -8,7 +8,7 @@ from fractions import Fraction
 import numpy as np
 from jaxtyping import Bool, Int
 
-from export.frame import Frame, Subject, simple
+from export.voxels.frame import Frame, Subject, simple
 from ifs import bounds
 from ifs.system import System
 from trees import Tree, from_substitution

@@ -6,7 +6,7 @@ import zlib
 from collections.abc import Callable, Iterable, Iterator
 from typing import BinaryIO, NamedTuple
 
-from export.deflate import deflated
+from export.formats.deflate import deflated
 
 Add = Callable[..., None]
 

@@ -7,8 +7,8 @@ from typing import Any
 import numpy as np
 from jaxtyping import Float
 
-from export.glb import BINARY, JSON, MAGIC, TO_GLTF
-from export.scene import moved
+from export.formats.glb import BINARY, JSON, MAGIC, TO_GLTF
+from export.formats.scene import moved
 from ifs.mesh import Mesh
 
 COMPONENTS = {5120: "<i1", 5121: "<u1", 5122: "<i2", 5123: "<u2", 5125: "<u4", 5126: "<f4"}

@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 from jaxtyping import Float, UInt64
 
-from export.frame import TOLERANCE, Frame, Subject, TooFine
+from export.voxels.frame import TOLERANCE, Frame, Subject, TooFine
 from ifs import bounds
 from trees import Tree
 from trees.bricks import bricks_of, form_of_bricks, form_of_words
@@ -177,7 +177,7 @@ def _filled(
     scale: float = 1.0,
 ) -> UInt64[np.ndarray, " bricks"]:
     """The words of the bricks of a block of a grid; `block` is its first and last cell, all where None."""
-    from export import voxelise_kernels as kernels
+    from export.voxels import kernels
 
     tops = np.array(size) - 1
     block = np.array([[0, 0, 0], tops]) if block is None else block
@@ -204,7 +204,7 @@ def _filled(
 
 
 def _enter_root(walker, stack, cell, control, frame, block, words, places, masks, found) -> int:
-    from export import voxelise_kernels as kernels
+    from export.voxels import kernels
 
     tables, (tops, slack, part, depth) = walker.tables, frame
     count = int(tables[1][cell])
@@ -312,7 +312,7 @@ def _flat_form(words: UInt64[np.ndarray, " bricks"], frame: Frame) -> Any:
 
 
 def _entries(words: UInt64[np.ndarray, " bricks"], used: int, begin: int):
-    from export import voxelise_kernels as kernels
+    from export.voxels import kernels
 
     none = np.zeros(0, dtype=np.uint64)
     count = kernels.compacted(words, np.uint64(used), np.uint64(begin), none, none)
@@ -322,7 +322,7 @@ def _entries(words: UInt64[np.ndarray, " bricks"], used: int, begin: int):
 
 
 def _form(depth: int, parts) -> Any:
-    from export import voxelise_kernels as kernels
+    from export.voxels import kernels
 
     starts = np.concatenate([starts for starts, _ in parts]) if parts else np.zeros(0, dtype=np.uint64)
     words = np.concatenate([words for _, words in parts]) if parts else np.zeros(0, dtype=np.uint64)

@@ -3,11 +3,11 @@
 import numpy as np
 from jaxtyping import Bool, Float, UInt8, UInt64
 
-from export.contacts import FAN_COUNT, FANS, edges_at_corner, face_slots
-from export.sheets import Sheets, contact_sides, exact_corners, means
-from export.skin_entries import brick_words
-from export.skin_joining import beside
-from export.triangulate import Polygons, triangulate
+from export.meshing.contacts import FAN_COUNT, FANS, edges_at_corner, face_slots
+from export.meshing.entries import brick_words
+from export.meshing.joining import beside
+from export.meshing.sheets import Sheets, contact_sides, exact_corners, means
+from export.meshing.triangulate import Polygons, triangulate
 from ifs.mesh import Mesh
 from trees.tree import Tree
 
@@ -45,8 +45,8 @@ def parted(
 
 def sheets_of(tree: Tree, rows: UInt64[np.ndarray, "blocks 6"]) -> Sheets:
     """The squares of the boundary and how they hang together: see `export.surface.Sheets`."""
-    from export.skin_kernels import bases_of, table_of
-    from export.skin_sheets_kernels import corner_cells, sheet_squares
+    from export.meshing.kernels import bases_of, table_of
+    from export.meshing.parted_kernels import corner_cells, sheet_squares
 
     codes = corner_codes(tree, rows)
     fans = FAN_COUNT[codes].astype(np.int64)
@@ -67,7 +67,7 @@ def sheets_of(tree: Tree, rows: UInt64[np.ndarray, "blocks 6"]) -> Sheets:
 
 def corner_codes(tree: Tree, rows: UInt64[np.ndarray, "blocks 6"]) -> UInt8[np.ndarray, " corners"]:
     """The codes of the corners on the boundary, block by block."""
-    from export.skin_sheets_kernels import codes_of
+    from export.meshing.parted_kernels import codes_of
 
     parts = []
     for start in range(0, len(rows), BATCH):

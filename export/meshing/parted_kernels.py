@@ -5,8 +5,8 @@ from typing import no_type_check
 import numba
 import numpy as np
 
-from export.skin_kernels import low_cell, squares_of, stand
-from export.skin_words import ONE, ZERO, along, code_at, lowest, place, spread
+from export.meshing.kernels import low_cell, squares_of, stand
+from export.meshing.words import ONE, ZERO, along, code_at, lowest, place, spread
 
 
 @no_type_check

@@ -1,0 +1,1 @@
+"""Files of parts, scenes, sets of cells and layers, written whole or not at all."""

@@ -1,0 +1,1 @@
+"""The boundary of voxels as a closed mesh, straight from the words of a tree."""
