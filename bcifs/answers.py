@@ -1,14 +1,13 @@
-"""The commands that answer on standard output: solve, info, check, fld, list."""
+"""The commands that answer on standard output: solve, info, list."""
 
 import json
-from typing import Annotated, Any
+from typing import Any
 
 import typer
 
 import automata
 import subdivision
 from automata import Automaton
-from bcifs.failure import CheckFailed
 from bcifs.options import AsJson, AsLatex, File, Settings
 from bcifs.values import parse_settings
 from subdivision import overridden
@@ -55,40 +54,6 @@ def info(file: File, set_: Settings = None, as_json: AsJson = False) -> None:
     else:
         typer.echo(facts_text(found))
     require_contraction(shape.system)
-
-
-def check(
-    mesh: Annotated[str, typer.Argument(metavar="MESH", help="A mesh file: 3mf, stl, ply, obj, off, glb.")],
-    as_json: AsJson = False,
-) -> None:
-    """Tell whether a mesh is printable, and what is wrong where."""
-    import export
-
-    report = export.check(export.read_mesh(mesh))
-    if as_json:
-        answer(report.to_dict())
-    else:
-        typer.echo(str(report))
-    if not report.ok:
-        raise CheckFailed(f"{mesh} fails the check: {'; '.join(report.faults)}")
-
-
-def fld(
-    file: File,
-    address: Annotated[
-        str, typer.Argument(metavar="ADDRESS", help="Labels of sub-cells; the last one repeats for ever.")
-    ],
-    set_: Settings = None,
-    as_json: AsJson = False,
-) -> None:
-    """Show the differential behaviour of a curve at an address: orders and half-tangents."""
-    from fld import behaviour
-
-    found = behaviour(load(file, set_), address)
-    if as_json:
-        answer(found.as_data())
-    else:
-        typer.echo(found.as_text())
 
 
 def list_builtin() -> None:

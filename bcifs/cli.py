@@ -4,7 +4,16 @@ from typing import Annotated
 
 import typer
 
-from bcifs import answers, choose_command, graph_command, map_command, products, smooth_command
+from bcifs import (
+    answers,
+    check_command,
+    choose_command,
+    graph_command,
+    map_command,
+    products,
+    smooth_command,
+)
+from bcifs.behaviours import command as behaviour_command
 
 app = typer.Typer(
     name="bcifs",
@@ -44,8 +53,8 @@ for name, command in (
     ("mesh", products.mesh),
     ("print", products.print_part),
     ("smooth", smooth_command.smooth),
-    ("check", answers.check),
-    ("fld", answers.fld),
+    ("check", check_command.check),
+    ("fld", behaviour_command.fld),
     ("map", map_command.map_behaviour),
     ("graph", graph_command.graph),
     ("list", answers.list_builtin),

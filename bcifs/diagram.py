@@ -13,7 +13,7 @@ from jaxtyping import Float
 from bcifs.paint import Sheet, width_of
 from bcifs.palette import PAPER
 from bcifs.png import write_png
-from export.atomic import whole_file
+from export.formats.atomic import whole_file
 
 HEAD = 11.0  # length of an arrow's head, pixels
 

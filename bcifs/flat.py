@@ -12,7 +12,7 @@ from bcifs.palette import INK, PAPER
 from bcifs.png import write_png
 from bcifs.strokes import strokes
 from bcifs.view import Sheet, sheet
-from export.atomic import whole_file
+from export.formats.atomic import whole_file
 from ifs import Mesh
 
 STROKE = 3.2  # pixels

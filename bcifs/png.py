@@ -4,7 +4,7 @@ import os
 from collections.abc import Mapping
 from typing import TYPE_CHECKING
 
-from export.atomic import whole_file
+from export.formats.atomic import whole_file
 
 if TYPE_CHECKING:
     from PIL.Image import Image

@@ -4,7 +4,7 @@ import os
 from collections.abc import Mapping
 from pathlib import Path
 
-from export.atomic import whole_file
+from export.formats.atomic import whole_file
 from ifs import Mesh
 
 MESH_ENDINGS = (".obj", ".ply", ".stl")

@@ -4,12 +4,14 @@ from fld.behaviour import Behaviour, behaviour
 from fld.classes import Region, named
 from fld.cone import Cone, Spiral
 from fld.derivative import Derivative, Derivatives, derivatives
+from fld.design import Fit, OutOfReach, fit_behaviour
 from fld.error import Collapsed, NotACurve
 from fld.expansion import Bend, Expansion, Term, expansions
 from fld.exponent import Orders, orders
 from fld.order import critical_order, parametrisation
 from fld.parts import WrongParts
 from fld.regions import Facts, Map, classify, regions
+from fld.roughness import Roughness, roughness
 from fld.tangent import HalfTangent, half_tangents
 from fld.watch import Watched, watch
 
@@ -22,11 +24,14 @@ __all__ = [
     "Derivatives",
     "Expansion",
     "Facts",
+    "Fit",
     "HalfTangent",
     "Map",
     "NotACurve",
     "Orders",
+    "OutOfReach",
     "Region",
+    "Roughness",
     "Spiral",
     "Term",
     "Watched",
@@ -36,10 +41,12 @@ __all__ = [
     "critical_order",
     "derivatives",
     "expansions",
+    "fit_behaviour",
     "half_tangents",
     "named",
     "orders",
     "parametrisation",
     "regions",
+    "roughness",
     "watch",
 ]

@@ -14,4 +14,5 @@ NAMES = (
     "mixed",
     "mixed_surface",
     "vapour",
+    "roughness",
 )
