@@ -150,7 +150,7 @@ def test_a_mesh_that_is_not_printable_ends_with_5(tmp_path, capsys):
         ("render", "bcifs.flat.svg", "x.svg"),
         ("render", "bcifs.flat._painted", "x.png"),
         ("print", "export.make_part", "x.3mf"),
-        ("print", "export.threemf._rows", "x.3mf"),
+        ("print", "export.formats.threemf._rows", "x.3mf"),
     ],
 )
 def test_an_interrupted_command_leaves_nothing(tmp_path, monkeypatch, capsys, command, broken, output):

@@ -20,6 +20,7 @@ from ifs.orbits.attractor import points_in_chunks
 from trees import to_array, to_points
 
 BUILTIN = automata.builtin_names()
+LIGHT = [name for name in BUILTIN if name not in ("fractal-patch", "catmull-clark-patch")]
 
 
 def drawn(shape: ifs.Shape, count: int) -> np.ndarray:
@@ -53,7 +54,7 @@ def random_shape(seed: int) -> ifs.Shape:
     return ifs.shape(from_maps(maps))
 
 
-@pytest.mark.parametrize("name", BUILTIN)
+@pytest.mark.parametrize("name", LIGHT)
 @pytest.mark.parametrize("resolution", [40])
 def test_the_voxels_are_those_of_the_dense_cover(name, resolution):
     shape = ifs.shape(name)
@@ -76,7 +77,7 @@ def test_every_point_of_the_chaos_game_is_covered(name):
     assert found.outer < 1e-6 * found.pitch
 
 
-@pytest.mark.parametrize("seed", range(8))
+@pytest.mark.parametrize("seed", range(4))
 def test_random_systems_are_covered_within_the_stated_distances(seed):
     shape = random_shape(seed)
     found = voxelise(shape, 50)
