@@ -1,7 +1,7 @@
 """All benchmarks, one after the other."""
 
-from bench import points, refine, sets, solve_size, solve_start
+from bench import parts, points, refine, sets, solve_size, solve_start
 
-for report in (solve_start.report, solve_size.report, refine.report, points.report, sets.report):
-    for line in report():
+for part in (solve_start, solve_size, refine, points, sets, parts):
+    for line in part.report():
         print(line, flush=True)
