@@ -59,6 +59,9 @@ def aligned(a: Tree, b: Tree) -> tuple[Tree, Tree]:
     >>> one.bits == other.bits == 2, one.cube == other.cube
     (True, True)
     """
+    for tree in (a, b):
+        if not isinstance(tree, Tree):
+            raise TreeError(f"a {type(tree).__name__} where a Tree is needed")
     if a.dimension != b.dimension:
         raise TreeError(f"trees of dimensions {a.dimension} and {b.dimension} cannot be combined")
     if a.cube == b.cube:

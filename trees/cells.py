@@ -1,13 +1,12 @@
 """Trees from arrays, cells and Morton keys, and back."""
 
-from collections.abc import Sequence
-
 import numpy as np
-from jaxtyping import Bool, Int, Real, UInt8, UInt64
+from jaxtyping import Bool, Int, Shaped, UInt8, UInt64
 
 from trees.algebra import flat_words
 from trees.bricks import form_of_words
 from trees.cube import Cube, unit_cube
+from trees.doors import Rows, array_of, numbers, whole
 from trees.errors import TooManyPieces, TreeError
 from trees.morton import cells_of_keys, check_cells, check_widths, keys_of_cells
 from trees.runs import black_runs, tree_of_runs
@@ -26,7 +25,7 @@ def from_array(array: np.ndarray, cube: Cube | None = None) -> Tree:
     >>> from_array(np.array([[True, False], [False, False]]))
     <Tree: dimension 2, 1 bits an axis, 1 cells, cube of 1.0 at (0.0, 0.0)>
     """
-    array = np.asarray(array)
+    array = array_of(array, "array")
     if array.dtype != np.bool_:
         raise TreeError(f"an array of {array.dtype}: Booleans are needed")
     if array.ndim == 0 or len(set(array.shape)) > 1 or array.shape[0].bit_count() != 1:
@@ -68,9 +67,7 @@ def _layout(dimension: int, bits: int) -> tuple[Int[np.ndarray, " bricks"], Int[
     return corners, offsets
 
 
-def from_points(
-    cells: Real[np.ndarray, "cells dim"] | Sequence[Sequence[int]], bits: int, cube: Cube | None = None
-) -> Tree:
+def from_points(cells: Rows, bits: int, cube: Cube | None = None) -> Tree:
     """The cells with these integer coordinates in `[0, 2^bits)`, in any order, repeated or not.
 
     The cube is the unit cube unless given. Raises `TreeError` with the row and the axis where a
@@ -79,11 +76,7 @@ def from_points(
     >>> len(from_points([[1, 2, 3], [0, 0, 0], [1, 2, 3]], bits=2))
     2
     """
-    rows = np.asarray(cells)
-    if rows.ndim != 2 or rows.shape[1] == 0:
-        raise TreeError(f"points of shape {rows.shape}: (points, dimension) is needed")
-    if rows.size == 0:
-        rows = rows.astype(np.uint64)
+    rows, bits = _point_rows(cells), whole(bits, "bits")
     if not np.issubdtype(rows.dtype, np.integer):
         raise TreeError(f"points of {rows.dtype}: integers are needed; `from_reals` takes points in mm")
     cube = _cube(cube, rows.shape[1])
@@ -94,7 +87,7 @@ def from_points(
     return Tree(cube, bits, shared_of_digits(_digits(rows.astype(np.uint64), bits)))
 
 
-def from_morton(keys: Real[np.ndarray, " keys"], cube: Cube, bits: int) -> Tree:
+def from_morton(keys: Rows, cube: Cube, bits: int) -> Tree:
     """The cells with these Morton keys, in any order, repeated or not.
 
     Raises `TreeError` with the row where a key is outside `[0, 2^(dimension * bits))`.
@@ -102,8 +95,9 @@ def from_morton(keys: Real[np.ndarray, " keys"], cube: Cube, bits: int) -> Tree:
     >>> list(from_morton(np.array([2, 15]), unit_cube(2), bits=2))
     [(1, 0), (3, 3)]
     """
+    keys, bits = numbers(keys, "keys"), whole(bits, "bits")
     check_widths(cube.dimension, bits)
-    if keys.size and not np.issubdtype(keys.dtype, np.integer):
+    if not np.issubdtype(keys.dtype, np.integer):
         raise TreeError(f"keys of {keys.dtype}: integers are needed")
     depth = cube.dimension * bits
     outside = (keys < 0) | (keys > np.uint64(2**depth - 1))
@@ -142,6 +136,13 @@ def to_points(tree: Tree) -> UInt64[np.ndarray, "cells dim"]:
     [[1, 0], [3, 3]]
     """
     return cells_of_keys(to_morton(tree), tree.dimension, tree.bits)
+
+
+def _point_rows(cells: Rows) -> Shaped[np.ndarray, "_cells _dim"]:
+    rows = array_of(cells, "points")
+    if rows.ndim != 2 or rows.shape[1] == 0:
+        raise TreeError(f"points of shape {rows.shape}: (points, dimension) is needed")
+    return rows if rows.size else rows.astype(np.uint64)
 
 
 def _digits(cells: UInt64[np.ndarray, "cells dim"], bits: int) -> UInt8[np.ndarray, "_cells depth"]:

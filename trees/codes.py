@@ -12,6 +12,7 @@ from collections.abc import Iterator, Sequence
 import numpy as np
 
 from trees.cube import Cube, unit_cube
+from trees.doors import whole, wholes
 from trees.errors import CodeError, TooManyPieces, TreeError
 from trees.leaves import leaf_runs
 from trees.morton import check_widths
@@ -114,11 +115,14 @@ def from_leaf_codes(
     >>> len(from_leaf_codes(["03", "23", "3X"], dimension=2, bits=2))
     6
     """
+    dimension, bits = whole(dimension, "dimension"), whole(bits, "bits")
     _check_digits(dimension)
     check_widths(dimension, bits)
     order = _order(dimension, quadrants)
     lows, highs = [], []
     for place, code in enumerate(codes):
+        if not isinstance(code, str):
+            raise CodeError(place, f"{code!r} is no leaf code: a string is needed")
         path = code.rstrip("X")
         if len(code) != bits:
             raise CodeError(place, f"{code!r} has {len(code)} digits, and {bits} are needed")
@@ -144,21 +148,23 @@ def from_leaf_codes(
 
 
 def _order(dimension: int, quadrants: Sequence[int] | None) -> tuple[int, ...]:
-    if dimension < 1 or dimension > 16:
+    if not 1 <= whole(dimension, "dimension") <= 16:
         raise TreeError(f"codes of dimension {dimension}: 1 to 16 are possible")
-    order = tuple(range(2**dimension) if quadrants is None else quadrants)
+    order = tuple(range(2**dimension) if quadrants is None else wholes(quadrants, "quadrants"))
     if sorted(order) != list(range(2**dimension)):
         raise TreeError(f"quadrants {order}: each of 0 to {2**dimension - 1} is needed once")
     return order
 
 
 def _check_digits(dimension: int) -> None:
-    if not 1 <= dimension <= 5:
+    if not 1 <= whole(dimension, "dimension") <= 5:
         raise TreeError(f"leaf codes of dimension {dimension}: there are digits for 1 to 5")
 
 
 def _symbols(code: str) -> list[int]:
     symbols = []
+    if not isinstance(code, str):
+        raise TreeError(f"a code of {type(code).__name__}: a string is needed")
     for place, symbol in enumerate("".join(code.split())):
         if symbol not in "012":
             raise CodeError(place, f"{symbol!r} is no colour: 0 is white, 1 black, 2 grey")
@@ -200,7 +206,7 @@ def _top(key: int, dimension: int, bits: int) -> int:
 
 
 def _read(symbols: list[int], places: range, order: tuple[int, ...], bits: int, cube: Cube) -> Tree:
-    k = cube.dimension
+    k, bits = cube.dimension, whole(bits, "bits")
     check_widths(k, bits)
     key, level, end = 0, 0, 2 ** (k * bits)
     blacks: list[tuple[int, int]] = []

@@ -1,9 +1,11 @@
 """Reference cubes: where in space a tree stands, and the cube that holds two of them."""
 
 import math
+from collections.abc import Iterable
 from dataclasses import dataclass
 from fractions import Fraction
 
+from trees.doors import real, whole
 from trees.errors import Misaligned, TreeError
 
 LARGEST = 2.0**400
@@ -24,13 +26,14 @@ class Cube:
 
     def __post_init__(self):
         # Adding 0.0 turns -0.0 into 0.0: equal cubes then have equal bytes.
-        object.__setattr__(self, "origin", tuple(float(x) + 0.0 for x in self.origin))
-        object.__setattr__(self, "size", float(self.size))
+        if not isinstance(self.origin, Iterable):
+            raise TreeError(f"an origin of {self.origin!r}: a coordinate an axis is needed")
+        corner = tuple(real(x, f"origin on axis {axis}") + 0.0 for axis, x in enumerate(self.origin))
+        object.__setattr__(self, "origin", corner)
+        object.__setattr__(self, "size", real(self.size, "size"))
         if not 1 <= len(self.origin) <= 64:
             raise TreeError(f"a cube of {len(self.origin)} axes: 1 to 64 are possible")
         for axis, x in enumerate(self.origin):
-            if not math.isfinite(x):
-                raise TreeError(f"the origin is {x} on axis {axis}: finite numbers are needed")
             if abs(x) > LARGEST:
                 raise TreeError(f"the origin is {x} on axis {axis}: at most {LARGEST} is possible")
         if not 1 / LARGEST <= self.size <= LARGEST:
@@ -54,7 +57,7 @@ def unit_cube(dimension: int) -> Cube:
     >>> unit_cube(2)
     Cube(origin=(0.0, 0.0), size=1.0)
     """
-    return Cube((0.0,) * dimension, 1.0)
+    return Cube((0.0,) * whole(dimension, "dimension"), 1.0)
 
 
 def log2_ratio(large: Fraction, small: Fraction) -> int | None:

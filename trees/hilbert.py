@@ -9,8 +9,9 @@ Proceedings 707, 2004; his pass over the lowest bits, which changes nothing, is 
 from collections.abc import Iterator
 
 import numpy as np
-from jaxtyping import Real, UInt64
+from jaxtyping import UInt64
 
+from trees.doors import Rows, cell_rows, numbers, whole
 from trees.errors import TreeError
 from trees.leaves import leaf_runs
 from trees.morton import cells_of_keys, check_widths, keys_of_cells
@@ -20,7 +21,7 @@ from trees.tree import Tree
 CHUNK = 4096
 
 
-def hilbert_indices(cells: Real[np.ndarray, "cells dim"], bits: int) -> UInt64[np.ndarray, "cells"]:
+def hilbert_indices(cells: Rows, bits: int) -> UInt64[np.ndarray, "cells"]:
     """The places on the curve, from 0, of cells with integer coordinates in `[0, 2^bits)`.
 
     Raises `KeyTooWide` where `dim * bits > 64`, `TreeError` with the row where a coordinate is outside.
@@ -28,14 +29,11 @@ def hilbert_indices(cells: Real[np.ndarray, "cells dim"], bits: int) -> UInt64[n
     >>> hilbert_indices(np.array([[0, 0], [0, 1], [1, 1], [1, 0]]), bits=1).tolist()
     [0, 1, 2, 3]
     """
-    if not np.issubdtype(cells.dtype, np.integer):
-        raise TreeError(f"cells have integer coordinates, not {cells.dtype}")
-    return hilbert_of_morton(keys_of_cells(cells, bits), cells.shape[1], bits)
+    rows, bits = cell_rows(cells), whole(bits, "bits")
+    return hilbert_of_morton(keys_of_cells(rows, bits), rows.shape[1], bits)
 
 
-def cells_of_hilbert(
-    indices: Real[np.ndarray, "cells"], dimension: int, bits: int
-) -> UInt64[np.ndarray, "cells _dim"]:
+def cells_of_hilbert(indices: Rows, dimension: int, bits: int) -> UInt64[np.ndarray, "cells _dim"]:
     """The cells at these places of the curve: the inverse of `hilbert_indices`.
 
     Raises `TreeError` with the row of a place outside `[0, 2^(dimension * bits))`.
@@ -43,6 +41,7 @@ def cells_of_hilbert(
     >>> cells_of_hilbert(np.arange(4), dimension=2, bits=1).tolist()
     [[0, 0], [0, 1], [1, 1], [1, 0]]
     """
+    indices, dimension, bits = numbers(indices, "places"), whole(dimension, "dimension"), whole(bits, "bits")
     check_widths(dimension, bits)
     if not np.issubdtype(indices.dtype, np.integer):
         raise TreeError(f"places on the curve are integers, not {indices.dtype}")

@@ -6,8 +6,10 @@ import numpy as np
 from jaxtyping import Float, Int, UInt64
 
 from trees.errors import TooManyPieces, TreeError
-from trees.morton import cells_of_keys
+from trees.morton import cells_of_keys, check_widths
+from trees.node_counts import black_blocks
 from trees.runs import MAX_RUNS, black_runs
+from trees.shared import Shared
 from trees.tree import Tree
 
 
@@ -33,7 +35,7 @@ def leaves(tree: Tree, binary: bool = False, order: str = "morton") -> Leaves:
     The order is "morton", or "hilbert": along the curve of `trees.hilbert`, on which each cube is an
     interval. Boxes of the binary tree are not, so these have Morton order alone.
 
-    Raises `TooManyPieces` above 2^28 leaves, `TreeError` for another order.
+    Raises `TooManyPieces` above 2^28 leaves, `KeyTooWide` above 64 levels, `TreeError` for another order.
 
     >>> from trees import from_points
     >>> tree = from_points([[1, 1], [2, 0], [3, 0], [2, 1], [3, 1]], bits=2)
@@ -61,6 +63,9 @@ def leaf_runs(tree: Tree, step: int) -> tuple[UInt64[np.ndarray, " leaves"], UIn
     """First and last keys of the largest black blocks of `2^(step n)` keys, in Morton order."""
     from trees import kernels
 
+    if isinstance(tree.form, Shared):
+        check_widths(tree.dimension, tree.bits)
+        return black_blocks(tree.form, step, MAX_RUNS)
     lows, highs = black_runs(tree)
     total = kernels.count_blocks(lows, highs, step, tree.depth)
     if total > MAX_RUNS:

@@ -3,12 +3,13 @@
 import numpy as np
 from jaxtyping import Integer, UInt64
 
+from trees.doors import whole
 from trees.errors import KeyTooWide, TreeError
 
 
 def check_widths(dimension: int, bits: int) -> None:
     """Raises `KeyTooWide` where a key of `dimension * bits` bits does not fit 64."""
-    if dimension < 1 or bits < 0:
+    if whole(dimension, "dimension") < 1 or whole(bits, "bits") < 0:
         raise TreeError(f"dimension {dimension} and {bits} bits an axis: at least 1 and 0 are needed")
     if dimension * bits > 64:
         raise KeyTooWide(dimension, bits)
@@ -16,7 +17,7 @@ def check_widths(dimension: int, bits: int) -> None:
 
 def check_cells(cells: Integer[np.ndarray, "cells dim"], bits: int) -> None:
     """Raises `TreeError` where a coordinate is outside `[0, 2^bits)`, or above 64 bits an axis."""
-    if not 0 <= bits <= 64:
+    if not 0 <= whole(bits, "bits") <= 64:
         raise TreeError(f"{bits} bits an axis: 0 to 64 are possible for cells")
     outside = (cells < 0) | (cells > np.uint64(2**bits - 1))
     if outside.any():

@@ -6,6 +6,7 @@ import numpy as np
 from jaxtyping import Float, Integer, UInt64
 
 from trees.cube import Cube
+from trees.doors import whole
 from trees.errors import TooManyPieces, TreeError
 from trees.morton import cells_of_keys, check_widths
 from trees.runs import tree_of_runs
@@ -35,6 +36,7 @@ def from_predicate(function: Predicate, cube: Cube, bits: int) -> Tree:
     >>> from_predicate(disc, Cube((-1.0, -1.0), 2.0), bits=3).count
     60
     """
+    bits = whole(bits, "bits")
     check_widths(cube.dimension, bits)
     depth = cube.dimension * bits
     unknown = np.zeros(1, dtype=np.uint64)

@@ -1,21 +1,21 @@
 """Trees of points in mm, in a reference cube that grows to hold them."""
 
-from collections.abc import Sequence
 from fractions import Fraction
 
 import numpy as np
-from jaxtyping import Float, Real, UInt64
+from jaxtyping import Float, UInt64
 
 from trees.cells import from_points
 from trees.cube import Cube, common_cube, log2_ratio, smallest_cube
+from trees.doors import Rows, point_rows, whole
 from trees.errors import TreeError
 from trees.shared import check_depth
 from trees.tree import Tree
 
+MOST_BITS = 62
 
-def from_reals(
-    points: Real[np.ndarray, "points dim"] | Sequence[Sequence[float]], bits: int, cube: Cube | None = None
-) -> Tree:
+
+def from_reals(points: Rows, bits: int, cube: Cube | None = None) -> Tree:
     """The cells that hold these points, in mm (Guye 1988, III.5, "calculs en limite inductive").
 
     Without a cube the reference cube is `smallest_cube` of the points, cut into `2^bits` cells an axis.
@@ -30,9 +30,7 @@ def from_reals(
     >>> from_reals([[0.5, 0.5], [2.5, 0.5]], bits=1, cube=Cube((0.0, 0.0), 1.0))
     <Tree: dimension 2, 3 bits an axis, 2 cells, cube of 4.0 at (0.0, 0.0)>
     """
-    rows = np.asarray(points, dtype=np.float64)
-    if rows.ndim != 2 or rows.shape[1] == 0:
-        raise TreeError(f"points of shape {rows.shape}: (points, dimension) is needed")
+    rows, bits = point_rows(points, None if cube is None else cube.dimension), whole(bits, "bits")
     if not np.isfinite(rows).all():
         row, axis = np.argwhere(~np.isfinite(rows))[0].tolist()
         raise TreeError(f"point {row}: coordinate {rows[row, axis]} on axis {axis} is not finite")
@@ -42,15 +40,15 @@ def from_reals(
     if len(rows) == 0 and cube is None:
         raise TreeError("no points, and no cube: give one of them")
     low, high = (tuple(f.tolist()) for f in (rows.min(0), rows.max(0))) if len(rows) else ((), ())
-    whole = cube or smallest_cube(low, high)
+    outer = cube or smallest_cube(low, high)
     if cube is not None and len(rows):
-        whole = _grown(cube, low, high)
-        growth = log2_ratio(Fraction(whole.size), Fraction(cube.size))
+        outer = _grown(cube, low, high)
+        growth = log2_ratio(Fraction(outer.size), Fraction(cube.size))
         assert growth is not None
         bits += growth
-    if bits > 62:
-        raise TreeError(f"{bits} bits an axis: points in mm have at most 62")
-    return from_points(cells_of_points(rows, whole, bits), bits, whole)
+    if bits > MOST_BITS:
+        raise TreeError(f"{bits} bits an axis: points in mm have at most {MOST_BITS}")
+    return from_points(cells_of_points(rows, outer, bits), bits, outer)
 
 
 def cells_of_points(
@@ -63,6 +61,19 @@ def cells_of_points(
     cells += origin + (cells + 1) * width <= points
     # 2^bits - 1 is no float above 53 bits: the minimum is taken among integers.
     return np.minimum(np.maximum(cells, 0).astype(np.uint64), np.uint64(2**bits - 1))
+
+
+def exact_cells(points: Float[np.ndarray, "points dim"], cube: Cube, bits: int) -> list[tuple[int, ...]]:
+    """The cells of points of the cube, in fractions: for cells of any number of bits.
+
+    >>> exact_cells(np.array([[0.5, 0.25]]), Cube((0.0, 0.0), 1.0), 70) == [(2**69, 2**68)]
+    True
+    """
+    width = Fraction(cube.size) / 2**bits
+    return [
+        tuple(int((Fraction(x) - Fraction(a)) // width) for x, a in zip(point, cube.origin, strict=True))
+        for point in points.tolist()
+    ]
 
 
 def _grown(cube: Cube, low: tuple[float, ...], high: tuple[float, ...]) -> Cube:

@@ -9,6 +9,7 @@ from jaxtyping import UInt64
 
 from trees.bricks import bricks_of, form_of_bricks
 from trees.cube import Cube, steps_between
+from trees.doors import whole
 from trees.errors import Misaligned, TooManyPieces, TreeError
 from trees.morton import cells_of_keys, check_widths, keys_of_cells
 from trees.shared import Shared, branch, check_depth, combine_shared, deepened, placed, truncated
@@ -44,6 +45,7 @@ def tree_of_runs(runs: Runs, cube: Cube, bits: int) -> Tree:
     """The tree of runs in rising order; a run may begin at the last key of the one before, or touch it."""
     from trees import kernels
 
+    bits = whole(bits, "bits")
     check_widths(cube.dimension, bits)
     bricks = np.uint64(2 ** max(cube.dimension * bits - 6, 0))
     depth = cube.dimension * bits
@@ -58,6 +60,7 @@ def at_bits(tree: Tree, bits: int) -> Tree:
     >>> list(tree.at(1)), list(tree.at(3))
     ([(1, 0)], [(6, 0), (6, 1), (7, 0), (7, 1)])
     """
+    bits = whole(bits, "bits")
     check_depth(tree.dimension, bits)
     if bits == tree.bits:
         return tree

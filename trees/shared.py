@@ -8,10 +8,12 @@ import numpy as np
 from jaxtyping import Bool, Integer, UInt8, UInt32, UInt64
 
 from trees.bricks import Bricks, bricks_of
+from trees.doors import whole
 from trees.errors import TooManyPieces, TreeError
 
 MAX_NODES = 2**28
 MAX_DEPTH = 512
+SOON = 2**20
 WHITE, BLACK = 0, 1
 
 Pair = tuple[UInt32[np.ndarray, " _nodes"], UInt32[np.ndarray, " _nodes"]]
@@ -81,7 +83,7 @@ class Shared:
 
 def check_depth(dimension: int, bits: int) -> None:
     """Raises `TreeError` where a cell is more than 512 halvings away."""
-    if dimension < 1 or bits < 0:
+    if whole(dimension, "dimension") < 1 or whole(bits, "bits") < 0:
         raise TreeError(f"dimension {dimension} and {bits} bits an axis: at least 1 and 0 are needed")
     if dimension * bits > MAX_DEPTH:
         raise TreeError(
@@ -121,6 +123,8 @@ def renumbered(
     """The canonical form of nodes given in any order that has children first."""
     from trees import sharing
 
+    if len(lows) > MAX_NODES:
+        raise TooManyPieces(len(lows), MAX_NODES)
     nodes, table = sharing.new_nodes(2 * len(lows) + 16)
     nodes, table, names = sharing.loaded(nodes, table, lows.astype(np.uint32), highs.astype(np.uint32))
     return _numbered(depth, nodes, int(names[root]))
@@ -138,16 +142,26 @@ def shared_of_bricks(bricks: Bricks) -> Shared:
 
 
 def bricks_of_shared(shared: Shared, most: int = 2**28) -> Bricks:
-    """The same set as bricks. Raises `TooManyPieces` above `most` entries, `TreeError` above 64 levels."""
+    """The same set as bricks. Raises `TooManyPieces` above `most` entries, `TreeError` above 64 levels.
+
+    A large set is counted on its nodes before it is expanded.
+    """
     from trees import sharing
+    from trees.node_counts import entry_count
 
     if shared.depth > 64:
         raise TreeError(f"bricks of a tree of {shared.depth} levels: at most 64 are possible")
-    root = np.uint64(shared.root)
-    try:
-        return bricks_of(shared.depth, sharing.to_bricks(shared.lows, shared.highs, root, shared.depth, most))
-    except OverflowError:
-        raise TooManyPieces(most, most) from None
+    for limit in (min(most, SOON), most):
+        try:
+            return bricks_of(
+                shared.depth,
+                sharing.to_bricks(shared.lows, shared.highs, np.uint64(shared.root), shared.depth, limit),
+            )
+        except OverflowError:
+            found = int(entry_count(shared)) if limit < most else limit
+            if found > most or limit == most:
+                raise TooManyPieces(found, most) from None
+    raise AssertionError("the second attempt returns or raises")
 
 
 def combine_shared(a: Shared, b: Shared, operation: int) -> Shared:
@@ -224,6 +238,17 @@ def branch(shared: Shared, path: Sequence[int]) -> Shared:
         if node > BLACK:
             node = int((shared.highs if side else shared.lows)[node - 2])
     return renumbered(shared.depth - len(path), node, shared.lows, shared.highs)
+
+
+def holds_cell(shared: Shared, cell: Sequence[int], bits: int) -> bool:
+    """Whether one cell is black, its coordinates of any width."""
+    node = shared.root
+    for bit in range(bits - 1, -1, -1):
+        for x in cell:
+            if node <= BLACK:
+                return node == BLACK
+            node = int((shared.highs if x >> bit & 1 else shared.lows)[node - 2])
+    return node == BLACK
 
 
 def holds_cells(

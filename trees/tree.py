@@ -5,13 +5,14 @@ from dataclasses import dataclass
 from functools import cached_property
 
 import numpy as np
-from jaxtyping import Bool, Real, UInt64
+from jaxtyping import Bool, UInt64
 
 from trees.bricks import Bricks, Flat, brick_mask, bricks_of_flat, check_bricks, form_of_bricks
 from trees.cube import Cube
+from trees.doors import Rows, cell_rows, point_rows, whole, wholes
 from trees.errors import KeyTooWide, TreeError
 from trees.morton import cell_of_key, cells_of_keys, check_widths, keys_of_cells
-from trees.shared import Shared, bricks_of_shared, check_depth, holds_cells, shared_of_bricks
+from trees.shared import Shared, bricks_of_shared, check_depth, holds_cell, holds_cells, shared_of_bricks
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -41,6 +42,7 @@ class Tree:
     form: Bricks | Flat | Shared
 
     def __post_init__(self):
+        object.__setattr__(self, "bits", whole(self.bits, "bits"))
         check_depth(self.dimension, self.bits)
         if self.form.depth != self.depth:
             raise TreeError(f"{self.form.depth} levels for {self.dimension} axes of {self.bits} bits")
@@ -121,26 +123,34 @@ class Tree:
         """The k-dimensional volume of the set, in mm^k."""
         return self.count * self.cell_size**self.dimension
 
-    def holds_cells(self, cells: Real[np.ndarray, "cells dim"]) -> Bool[np.ndarray, "cells"]:
-        """Which cells, given by integer coordinates, are in the set; those outside the cube are not."""
-        if not np.issubdtype(cells.dtype, np.integer):
-            raise TreeError(f"cells have integer coordinates, not {cells.dtype}: ask `holds` for points")
-        self._check_axes(cells.shape[1])
-        inside = ((cells >= 0) & (cells <= np.uint64(2**self.bits - 1))).all(axis=1)
-        found = np.zeros(len(cells), dtype=bool)
-        found[inside] = self._holds_inside(cells[inside].astype(np.uint64))
+    def holds_cells(self, cells: Rows) -> Bool[np.ndarray, "cells"]:
+        """Which cells, given by integer coordinates, are in the set; those outside the cube are not.
+
+        Raises `TreeError` where the coordinates are no integers, or not one an axis.
+        """
+        rows = cell_rows(cells, self.dimension)
+        # No integer of an array reaches 2^64.
+        inside = ((rows >= 0) & (rows <= np.uint64(2 ** min(self.bits, 64) - 1))).all(axis=1)
+        found = np.zeros(len(rows), dtype=bool)
+        found[inside] = self._holds_inside(rows[inside].astype(np.uint64))
         return found
 
-    def holds(self, points: Real[np.ndarray, "points dim"]) -> Bool[np.ndarray, "points"]:
-        """Which points, in mm, lie in a black cell; cells are half-open, all outside the cube is white."""
-        from trees.reals import cells_of_points
+    def holds(self, points: Rows) -> Bool[np.ndarray, "points"]:
+        """Which points, in mm, lie in a black cell; cells are half-open, all outside the cube is white.
 
-        self._check_axes(points.shape[1])
-        points = points.astype(np.float64)
+        Raises `TreeError` where the points have not one coordinate an axis.
+        """
+        from trees.reals import MOST_BITS, cells_of_points, exact_cells
+
+        rows = point_rows(points, self.dimension)
         low, high = np.array(self.origin), np.array(self.cube.ends)
-        inside = ((points >= low) & (points < high)).all(axis=1)
-        found = np.zeros(len(points), dtype=bool)
-        found[inside] = self._holds_inside(cells_of_points(points[inside], self.cube, self.bits))
+        inside = ((rows >= low) & (rows < high)).all(axis=1)
+        found = np.zeros(len(rows), dtype=bool)
+        if self.bits > MOST_BITS:
+            cells = exact_cells(rows[inside], self.cube, self.bits)
+            found[inside] = [holds_cell(self.as_shared, cell, self.bits) for cell in cells]
+        else:
+            found[inside] = self._holds_inside(cells_of_points(rows[inside], self.cube, self.bits))
         return found
 
     def at(self, bits: int) -> "Tree":
@@ -150,6 +160,8 @@ class Tree:
         return at_bits(self, bits)
 
     def _holds_inside(self, cells: UInt64[np.ndarray, "_cells dim"]) -> Bool[np.ndarray, " _cells"]:
+        if isinstance(self.form, Shared) and self.bits > 64:
+            return np.array([holds_cell(self.form, cell, self.bits) for cell in cells.tolist()], dtype=bool)
         if isinstance(self.form, Shared):
             return holds_cells(self.form, np.ascontiguousarray(cells), self.bits)
         keys = keys_of_cells(cells, self.bits)
@@ -160,13 +172,13 @@ class Tree:
         if axes != self.dimension:
             raise TreeError(f"points of {axes} coordinates for a tree of dimension {self.dimension}")
 
-    def __contains__(self, cell: tuple) -> bool:
-        numbers = [int(x) for x in cell]
-        if any(number != x for number, x in zip(numbers, cell, strict=True)):
-            raise TreeError(f"{cell} is no cell, for cells are integers: ask `holds` for points in mm")
+    def __contains__(self, cell: object) -> bool:
+        numbers = wholes(cell, "no cell:")
         self._check_axes(len(numbers))
         if any(not 0 <= x < 2**self.bits for x in numbers):
             return False
+        if self.bits > 64:
+            return holds_cell(self.as_shared, numbers, self.bits)
         return bool(self.holds_cells(np.array([numbers], dtype=np.uint64))[0])
 
     def __len__(self) -> int:
@@ -178,12 +190,15 @@ class Tree:
     def __iter__(self) -> Iterator[tuple[int, ...]]:
         from trees.runs import black_runs, wide_runs
 
-        if self.depth > 64:
-            for first, last in wide_runs(self):
-                yield from (cell_of_key(key, self.dimension, self.bits) for key in range(first, last + 1))
-            return
-        lows, highs = black_runs(self)
-        for low, high in zip(lows.tolist(), highs.tolist(), strict=True):
+        if isinstance(self.form, Shared):
+            runs = wide_runs(self)
+        else:
+            lows, highs = black_runs(self)
+            runs = zip(lows.tolist(), highs.tolist(), strict=True)
+        for low, high in runs:
+            if self.depth > 64 or high - low < 8:
+                yield from (cell_of_key(key, self.dimension, self.bits) for key in range(low, high + 1))
+                continue
             for first in range(low, high + 1, 4096):
                 stop = min(first + 4096, high + 1)
                 keys = np.uint64(first) + np.arange(stop - first, dtype=np.uint64)
@@ -232,6 +247,7 @@ def of_bricks(
     cube: Cube, bits: int, starts: UInt64[np.ndarray, " entries"], words: UInt64[np.ndarray, " entries"]
 ) -> Tree:
     """The tree of bricks in canonical form: see `Bricks`. Raises `KeyTooWide` above 64 levels."""
+    bits = whole(bits, "bits")
     check_widths(cube.dimension, bits)
     bricks = Bricks(cube.dimension * bits, starts, words)
     check_bricks(bricks)
@@ -275,7 +291,9 @@ def compact(tree: Tree) -> Tree:
 
 
 def _uniform(cube: Cube, bits: int, colour: int, shared: bool = False) -> Tree:
+    bits = whole(bits, "bits")
     depth = cube.dimension * bits
+    check_depth(cube.dimension, bits)
     if shared or depth > 64:
         none = np.zeros(0, dtype=np.uint32)
         return Tree(cube, bits, Shared(depth, colour, none, none))

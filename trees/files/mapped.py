@@ -8,10 +8,11 @@ from fractions import Fraction
 from functools import lru_cache
 
 import numpy as np
-from jaxtyping import Bool, Real, UInt64
+from jaxtyping import Bool, UInt64
 
 from trees.bricks import brick_mask
 from trees.cube import Cube
+from trees.doors import Rows, cell_rows, point_rows, whole, wholes
 from trees.errors import DamagedFile, Misaligned, TooManyPieces, TreeError
 from trees.files import layout
 from trees.files.bricks import Chunk, check_table, checked_chunk, count
@@ -58,25 +59,27 @@ class MappedTree:
         """The k-dimensional volume of the set, in mm^k."""
         return self.count * self.cell_size**self.dimension
 
-    def holds_cells(self, cells: Real[np.ndarray, "cells dim"]) -> Bool[np.ndarray, "cells"]:
+    def holds_cells(self, cells: Rows) -> Bool[np.ndarray, "cells"]:
         """Which cells, given by integer coordinates, are in the set; those outside the cube are not."""
-        if not np.issubdtype(cells.dtype, np.integer):
-            raise TreeError(f"cells have integer coordinates, not {cells.dtype}: ask `holds` for points")
-        self._check_axes(cells.shape[1])
-        inside = ((cells >= 0) & (cells <= np.uint64(2**self.bits - 1))).all(axis=1)
-        found = np.zeros(len(cells), dtype=bool)
-        found[inside] = self._holds_keys(keys_of_cells(cells[inside], self.bits))
+        rows = cell_rows(cells, self.dimension)
+        inside = ((rows >= 0) & (rows <= np.uint64(2**self.bits - 1))).all(axis=1)
+        found = np.zeros(len(rows), dtype=bool)
+        found[inside] = self._holds_keys(keys_of_cells(rows[inside], self.bits))
         return found
 
-    def holds(self, points: Real[np.ndarray, "points dim"]) -> Bool[np.ndarray, "points"]:
+    def holds(self, points: Rows) -> Bool[np.ndarray, "points"]:
         """Which points, in mm, lie in a black cell; cells are half-open, all outside the cube is white."""
-        from trees.reals import cells_of_points
+        from trees.reals import MOST_BITS, cells_of_points, exact_cells
 
-        self._check_axes(points.shape[1])
-        points = points.astype(np.float64)
-        inside = ((points >= np.array(self.cube.origin)) & (points < np.array(self.cube.ends))).all(axis=1)
-        found = np.zeros(len(points), dtype=bool)
-        found[inside] = self.holds_cells(cells_of_points(points[inside], self.cube, self.bits))
+        rows = point_rows(points, self.dimension)
+        inside = ((rows >= np.array(self.cube.origin)) & (rows < np.array(self.cube.ends))).all(axis=1)
+        found = np.zeros(len(rows), dtype=bool)
+        if self.bits > MOST_BITS:
+            cells = np.array(exact_cells(rows[inside], self.cube, self.bits), dtype=np.uint64)
+            cells = cells.reshape(-1, self.dimension)
+        else:
+            cells = cells_of_points(rows[inside], self.cube, self.bits)
+        found[inside] = self.holds_cells(cells)
         return found
 
     def count_in(self, level: int, cell: tuple[int, ...]) -> int:
@@ -142,26 +145,28 @@ class MappedTree:
 
     def _branch(self, level: int, cell: tuple[int, ...]) -> tuple[int, int]:
         """The first key of a branch, and its depth."""
+        level, numbers = whole(level, "level"), wholes(cell, "cell")
         if not 0 <= level <= self.bits:
             raise TreeError(
                 f"level {level} of a tree of {self.bits} bits an axis: one from 0 to these is needed"
             )
-        self._check_axes(len(cell))
-        for axis, x in enumerate(cell):
+        self._check_axes(len(numbers))
+        for axis, x in enumerate(numbers):
             if x not in range(2**level):
                 raise TreeError(f"cell {cell}: {x} on axis {axis} is no number from 0 to {2**level - 1}")
         depth = self.dimension * (self.bits - level)
-        return int(keys_of_cells(np.array([cell], dtype=np.uint64), level)[0]) << depth, depth
+        return int(keys_of_cells(np.array([numbers], dtype=np.uint64), level)[0]) << depth, depth
 
     def _check_axes(self, axes: int) -> None:
         if axes != self.dimension:
             raise TreeError(f"cells of {axes} coordinates for a tree of dimension {self.dimension}")
 
-    def __contains__(self, cell: tuple[int, ...]) -> bool:
-        self._check_axes(len(cell))
-        if any(not 0 <= x < 2**self.bits for x in cell):
+    def __contains__(self, cell: object) -> bool:
+        numbers = wholes(cell, "no cell:")
+        self._check_axes(len(numbers))
+        if any(not 0 <= x < 2**self.bits for x in numbers):
             return False
-        return bool(self.holds_cells(np.array([cell]))[0])
+        return bool(self.holds_cells(np.array([numbers], dtype=np.uint64))[0])
 
     def __len__(self) -> int:
         return self.count
@@ -186,7 +191,10 @@ def map_tree(path: str | os.PathLike[str]) -> MappedTree:
     is checked when it is read: its SHA-256, its order, its canonical form, and its count. Chunks are copied
     out of the file, not read in a memory map, for a map of a file that someone cuts ends the process.
 
-    Raises `DamagedFile`, which names the path.
+    A file of a shared tree, which `write_tree` writes of a tree kept so, cannot be read in parts: `read_tree`
+    reads it whole.
+
+    Raises `DamagedFile`, which names the path; `TreeError` for a file of a shared tree.
 
     >>> import tempfile
     >>> from trees import from_points, write_tree
@@ -199,6 +207,11 @@ def map_tree(path: str | os.PathLike[str]) -> MappedTree:
     handle = os.open(path, os.O_RDONLY)
     try:
         stored = layout.opened(lambda offset, size: os.pread(handle, size, offset), os.fstat(handle).st_size)
+        if stored.head.kind == "shared":
+            raise TreeError(
+                f"{os.fspath(path)} holds a shared tree, whose nodes are not in the order of cells: "
+                "no part of it can be read alone, and `read_tree` reads it whole"
+            )
         check_table(stored)
     except DamagedFile as error:
         os.close(handle)
@@ -226,8 +239,8 @@ def map_tree(path: str | os.PathLike[str]) -> MappedTree:
 
 
 def _cell_cube(cube: Cube, level: int, cell: tuple[int, ...]) -> Cube:
-    size = Fraction(cube.size) / 2**level
-    exact = [Fraction(x) + size * i for x, i in zip(cube.origin, cell, strict=True)]
+    size = Fraction(cube.size) / 2 ** whole(level, "level")
+    exact = [Fraction(x) + size * int(i) for x, i in zip(cube.origin, cell, strict=True)]
     found = Cube(tuple(float(x) for x in exact), float(size))
     if [Fraction(x) for x in found.origin] != exact:
         raise Misaligned(

@@ -1,11 +1,10 @@
 """Trees of polytopes given by their faces, and of slabs."""
 
-from collections.abc import Sequence
-
 import numpy as np
-from jaxtyping import Float, Real
+from jaxtyping import Float
 
 from trees.cube import Cube
+from trees.doors import Rows, array_of, numbers, point_rows, real, whole
 from trees.errors import TreeError
 from trees.geometry.hull import MOST_AXES, convex_tree, parting_normals
 from trees.geometry.matrices import Vector
@@ -16,7 +15,7 @@ NEAR = (1e-12, 1e-9, 1e-6)
 
 
 def from_half_spaces(
-    faces: Real[np.ndarray, "faces coefficients"] | Sequence[Sequence[float]],
+    faces: Rows,
     cube: Cube,
     bits: int,
     closed: bool = True,
@@ -39,8 +38,9 @@ def from_half_spaces(
     >>> len(from_half_spaces([[1.0, 1.0, -0.6]], unit_cube(2), bits=2))
     6
     """
-    rows = np.asarray(faces, dtype=np.float64)
-    if rows.ndim != 2 or rows.shape[1] != cube.dimension + 1:
+    given, bits = array_of(faces, "faces"), whole(bits, "bits")
+    rows = point_rows(given) if given.size else np.zeros((len(given), given.shape[-1]))
+    if rows.shape[1] != cube.dimension + 1:
         raise TreeError(f"faces of shape {rows.shape}: (faces, {cube.dimension + 1}) is needed")
     check_widths(cube.dimension, bits)
     if cube.dimension > MOST_AXES:
@@ -70,7 +70,8 @@ def slab(normal: Vector, offset: float, thickness: float, cube: Cube, bits: int)
     >>> slab([1.0, 0.0, 0.0], 0.3, 0.0, unit_cube(3), bits=2).count
     16
     """
-    direction = np.asarray(normal, dtype=np.float64)
+    direction = point_rows(numbers(normal, "normal")[None, :])[0]
+    offset, thickness = real(offset, "offset"), real(thickness, "thickness")
     if not thickness >= 0:
         raise TreeError(f"a slab of thickness {thickness} mm: at least 0 is needed")
     half = thickness / 2 * float(np.linalg.norm(direction))

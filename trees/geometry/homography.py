@@ -7,6 +7,8 @@ import numpy as np
 from jaxtyping import Float, Real
 
 from trees.cube import Cube
+from trees.doors import Rows as Given
+from trees.doors import whole
 from trees.errors import TooManyPieces, TreeError
 from trees.geometry.errors import BeyondHorizon
 from trees.geometry.matrices import check_matrix, exact, exact_inverse, product
@@ -24,7 +26,7 @@ Rows = list[list[Fraction]]
 
 def homography(
     tree: Tree,
-    matrix: Real[np.ndarray, "_rows _columns"],
+    matrix: Given,
     cube: Cube | None = None,
     bits: int | None = None,
     closed: bool = True,
@@ -61,9 +63,8 @@ def homography(
     """
     from trees.geometry import image_kernels
 
-    cube, bits = cube or tree.cube, tree.bits if bits is None else bits
-    _check(tree, matrix, cube, bits)
-    rows = exact(matrix)
+    cube, bits = cube or tree.cube, tree.bits if bits is None else whole(bits, "bits")
+    rows = exact(_checked(tree, matrix, cube, bits))
     exact_inverse(rows)
     forward = product(product(_cells_of(cube, bits), rows), _points_of(tree.cube, tree.bits))
     affine = not any(forward[-1][:-1])
@@ -94,8 +95,8 @@ def homography(
     return tree_of_runs((lows, highs), cube, bits)
 
 
-def _check(tree: Tree, matrix: Real[np.ndarray, "_rows _columns"], cube: Cube, bits: int) -> None:
-    check_matrix(matrix, tree.dimension)
+def _checked(tree: Tree, matrix: Given, cube: Cube, bits: int) -> Real[np.ndarray, "_rows _columns"]:
+    array = check_matrix(matrix, tree.dimension)
     check_widths(cube.dimension, bits)
     if cube.dimension != tree.dimension:
         raise TreeError(f"a cube of dimension {cube.dimension} for a tree of dimension {tree.dimension}")
@@ -104,6 +105,7 @@ def _check(tree: Tree, matrix: Real[np.ndarray, "_rows _columns"], cube: Cube, b
             f"dimension {tree.dimension}, {tree.bits} bits an axis, drawn at {bits}: images have at most "
             f"{MOST_AXES} axes and {MOST_BITS} bits"
         )
+    return array
 
 
 def _points_of(cube: Cube, bits: int) -> Rows:

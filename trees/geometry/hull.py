@@ -1,12 +1,12 @@
 """Trees of convex hulls: of points, of a cube's image, in any dimension, flat ones included."""
 
 import itertools
-from collections.abc import Sequence
 
 import numpy as np
-from jaxtyping import Float, Real
+from jaxtyping import Float
 
 from trees.cube import Cube
+from trees.doors import Rows, point_rows, whole
 from trees.errors import TooManyPieces, TreeError
 from trees.geometry.matrices import transform
 from trees.morton import check_widths
@@ -18,7 +18,7 @@ MOST_AXES = 10
 
 
 def from_hull(
-    points: Real[np.ndarray, "points dim"] | Sequence[Sequence[float]],
+    points: Rows,
     cube: Cube,
     bits: int,
     closed: bool = True,
@@ -41,8 +41,8 @@ def from_hull(
     >>> list(from_hull([[0.1, 0.1], [0.9, 0.4]], unit_cube(2), bits=1))
     [(0, 0), (1, 0)]
     """
-    rows = np.asarray(points, dtype=np.float64)
-    if rows.ndim != 2 or len(rows) == 0 or rows.shape[1] != cube.dimension:
+    rows, bits = point_rows(points), whole(bits, "bits")
+    if len(rows) == 0 or rows.shape[1] != cube.dimension:
         raise TreeError(f"points of shape {rows.shape}: (points, {cube.dimension}), at least one, are needed")
     if not np.isfinite(rows).all():
         row, axis = np.argwhere(~np.isfinite(rows))[0].tolist()
@@ -57,7 +57,7 @@ def from_hull(
 
 
 def image_of_cube(
-    matrix: Real[np.ndarray, "_rows _columns"],
+    matrix: Rows,
     cube: Cube,
     bits: int,
     of: Cube | None = None,

@@ -7,11 +7,14 @@ import numpy as np
 from jaxtyping import Integer, UInt64
 
 from trees.cube import Cube, common_cube
+from trees.doors import whole, wholes
 from trees.errors import Misaligned, TooManyPieces, TreeError
 from trees.geometry.pyramid import pyramid
 from trees.leaves import leaf_runs
 from trees.morton import cells_of_keys, check_widths
+from trees.node_maps import mirrored, permuted
 from trees.runs import MAX_RUNS, black_runs, embed, tree_of_runs
+from trees.shared import Shared, branch, check_depth, placed
 from trees.tree import Tree, empty
 
 MOST_BITS = 62
@@ -35,7 +38,7 @@ def translate(tree: Tree, vector: Numbers, grow: bool = False) -> Tree:
     """
     from trees.geometry import kernels
 
-    shift = _integers(vector, tree.dimension)
+    shift = wholes(vector, "vector", tree.dimension)
     if tree.bits > MOST_BITS:
         raise TreeError(f"{tree.bits} bits an axis: shifts are made up to {MOST_BITS}")
     if not tree or not any(shift):
@@ -60,7 +63,8 @@ def scale(tree: Tree, power: int, grow: bool = False) -> Tree:
     The cube stays: what leaves it is dropped, and there are `bits - power` bits an axis. With `grow` the
     cube is scaled too, and the bits stay.
 
-    Raises `TreeError` where `power` is above `bits`, `KeyTooWide` where the bits become too many.
+    Raises `TreeError` where `power` is above `bits`, and where the bits become too many: `KeyTooWide`
+    unless the tree is shared.
 
     >>> from trees import from_points
     >>> tree = from_points([[1, 0], [3, 3]], bits=2)
@@ -69,16 +73,19 @@ def scale(tree: Tree, power: int, grow: bool = False) -> Tree:
     >>> scale(tree, 3, grow=True).measure == 64 * tree.measure
     True
     """
-    (power,) = _integers([power], 1)
+    power = whole(power, "power")
     if grow:
         if abs(power) > 800:
             raise TreeError(f"a scale of 2^{power}: at most 2^800 is possible")
-        lows, highs = black_runs(tree)
-        return tree_of_runs((lows, highs), Cube(tree.origin, tree.size * 2.0**power), tree.bits)
+        return Tree(Cube(tree.origin, tree.size * 2.0**power), tree.bits, tree.form)
     if power > tree.bits:
         raise TreeError(
             f"a scale of 2^{power} for cells of size / 2^{tree.bits}: one would be wider than the cube"
         )
+    if isinstance(tree.form, Shared):
+        check_depth(tree.dimension, tree.bits - power)
+        path = [0] * (tree.dimension * abs(power))
+        return Tree(tree.cube, tree.bits - power, (branch if power > 0 else placed)(tree.form, path))
     check_widths(tree.dimension, tree.bits - power)
     lows, highs = black_runs(tree)
     if power > 0:
@@ -94,9 +101,12 @@ def reflect(tree: Tree, axes: Numbers) -> Tree:
     >>> list(reflect(from_points([[0, 1]], bits=2), [0]))
     [(3, 1)]
     """
-    axes = [_axis(tree, axis) for axis in axes]
+    axes = _axes(tree, axes)
     if len(set(axes)) < len(axes):
         raise TreeError(f"axes {axes}: each is reflected once")
+    if isinstance(tree.form, Shared):
+        form = mirrored(tree.form, lambda level: level % tree.dimension in axes)
+        return Tree(tree.cube, tree.bits, form)
     mirror = sum(1 << (tree.dimension - 1 - axis) for axis in axes)
     flip = np.uint64(sum(mirror << (tree.dimension * level) for level in range(tree.bits)))
     first, last = leaf_runs(tree, tree.dimension)
@@ -113,17 +123,19 @@ def permute(tree: Tree, axes: Numbers) -> Tree:
     >>> list(permute(from_points([[3, 1, 0]], bits=2), [2, 0, 1]))
     [(0, 3, 1)]
     """
-    axes = [_axis(tree, axis) for axis in axes]
+    axes = _axes(tree, axes)
     if sorted(axes) != list(range(tree.dimension)):
         raise TreeError(f"axes {axes}: each of 0 to {tree.dimension - 1} is needed once")
     k = tree.dimension
+    cube = Cube(tuple(tree.origin[axis] for axis in axes), tree.size)
+    if isinstance(tree.form, Shared):
+        return Tree(cube, tree.bits, permuted(tree.form, axes))
     first, last = leaf_runs(tree, k)
     moved = np.zeros_like(first)
     every = sum(1 << (k * level) for level in range(tree.bits))
     for axis, source in enumerate(axes):
         bits = (first >> np.uint64(k - 1 - source)) & np.uint64(every)
         moved |= bits << np.uint64(k - 1 - axis)
-    cube = Cube(tuple(tree.origin[axis] for axis in axes), tree.size)
     return _of_blocks(moved, last - first, cube, tree.bits)
 
 
@@ -140,8 +152,7 @@ def quarter_turn(tree: Tree, first: int, second: int) -> Tree:
     axes = list(range(tree.dimension))
     axes[one], axes[other] = other, one
     turned = reflect(permute(tree, axes), [one])
-    lows, highs = black_runs(turned)
-    return tree_of_runs((lows, highs), tree.cube, tree.bits)
+    return Tree(tree.cube, tree.bits, turned.form)
 
 
 def _of_blocks(
@@ -153,18 +164,15 @@ def _of_blocks(
     return tree_of_runs((first, first | free), cube, bits)
 
 
+def _axes(tree: Tree, axes: Numbers) -> list[int]:
+    return [_axis(tree, axis) for axis in wholes(axes, "axes")]
+
+
 def _axis(tree: Tree, axis: int) -> int:
-    (number,) = _integers([axis], 1)
+    number = whole(axis, "axis")
     if not 0 <= number < tree.dimension:
         raise TreeError(f"axis {axis}: 0 to {tree.dimension - 1} are possible")
     return number
-
-
-def _integers(numbers: Numbers, count: int) -> list[int]:
-    whole = [int(x) for x in numbers]
-    if len(whole) != count or any(x != y for x, y in zip(whole, numbers, strict=True)):
-        raise TreeError(f"{list(numbers)}: integers are needed, {count} of them")
-    return whole
 
 
 def _reached(tree: Tree, shift: list[int]) -> Cube:

@@ -11,6 +11,7 @@ from fractions import Fraction
 import numpy as np
 from jaxtyping import Float, Real
 
+from trees.doors import Rows, array_of, numbers, point_rows
 from trees.errors import TreeError
 from trees.geometry.errors import BeyondHorizon, SingularMatrix
 
@@ -24,6 +25,7 @@ def translation(vector: Vector) -> Matrix:
     >>> (translation([2, 3]) @ [1, 1, 1]).tolist()
     [3.0, 4.0, 1.0]
     """
+    vector = _vector(vector, "vector")
     matrix = np.eye(len(vector) + 1)
     matrix[:-1, -1] = vector
     return matrix
@@ -35,7 +37,7 @@ def scaling(factors: Vector, about: Vector | None = None) -> Matrix:
     >>> (scaling([2, -1], about=[1, 1]) @ [2, 3, 1]).tolist()
     [3.0, -1.0, 1.0]
     """
-    return _about(np.diag([*map(float, factors), 1.0]), about)
+    return _about(np.diag([*_vector(factors, "factors"), 1.0]), about)
 
 
 def rotation(dimension: int, first: int, second: int, angle: float, about: Vector | None = None) -> Matrix:
@@ -81,14 +83,13 @@ def perspective(coefficients: Vector, about: Vector | None = None) -> Matrix:
     >>> (y[:-1] / y[-1]).tolist()
     [1.0, 1.5]
     """
+    coefficients = _vector(coefficients, "coefficients")
     matrix = np.eye(len(coefficients) + 1)
     matrix[-1, :-1] = coefficients
     return _about(matrix, about)
 
 
-def transform(
-    points: Real[np.ndarray, "points dim"] | Sequence[Sequence[float]], matrix: Real[np.ndarray, "_n _n"]
-) -> Float[np.ndarray, "points dim"]:
+def transform(points: Rows, matrix: Rows) -> Float[np.ndarray, "points dim"]:
     """The images of points, in mm.
 
     Raises `BeyondHorizon` where the weights of the points have not one sign.
@@ -96,8 +97,8 @@ def transform(
     >>> transform([[1.0, 2.0]], translation([1, 1])).tolist()
     [[2.0, 3.0]]
     """
-    points = np.asarray(points, dtype=np.float64)
-    check_matrix(matrix, points.shape[1])
+    points = point_rows(points)
+    matrix = check_matrix(matrix, points.shape[1])
     images = points @ matrix[:-1, :-1].T + matrix[:-1, -1]
     weights = points @ matrix[-1, :-1] + matrix[-1, -1]
     if len(points) and not (weights.min() > 0 or weights.max() < 0):
@@ -106,14 +107,18 @@ def transform(
     return images / weights[:, None]
 
 
-def check_matrix(matrix: Real[np.ndarray, "_rows _columns"], dimension: int) -> None:
-    """Raises `TreeError` where the shape is wrong or an entry is not finite."""
+def check_matrix(matrix: Rows, dimension: int) -> Real[np.ndarray, "_rows _columns"]:
+    """The matrix as an array. Raises `TreeError` where the shape is wrong or an entry is not finite."""
+    matrix = array_of(matrix, "matrix")
+    if not (np.issubdtype(matrix.dtype, np.integer) or np.issubdtype(matrix.dtype, np.floating)):
+        raise TreeError(f"a matrix of {matrix.dtype}: real numbers are needed")
     if matrix.shape != (dimension + 1, dimension + 1):
         needed = f"({dimension + 1}, {dimension + 1})"
         raise TreeError(f"a matrix of shape {matrix.shape}: {needed} is needed for dimension {dimension}")
     if not np.isfinite(matrix).all():
         row, column = np.argwhere(~np.isfinite(matrix))[0].tolist()
         raise TreeError(f"matrix: entry {matrix[row, column]} in row {row}, column {column} is not finite")
+    return matrix
 
 
 def exact(matrix: Real[np.ndarray, "_rows _columns"]) -> list[list[Fraction]]:
@@ -155,9 +160,14 @@ def product(a: list[list[Fraction]], b: list[list[Fraction]]) -> list[list[Fract
     ]
 
 
+def _vector(values: Vector, name: str) -> list[float]:
+    return point_rows(numbers(values, name)[None, :])[0].tolist() if len(values) else []
+
+
 def _about(matrix: Matrix, point: Vector | None) -> Matrix:
     if point is None:
         return matrix
+    point = _vector(point, "about")
     if len(point) + 1 != len(matrix):
         raise TreeError(f"a fixed point of {len(point)} coordinates for a map of dimension {len(matrix) - 1}")
     return translation(point) @ matrix @ translation([-x for x in point])

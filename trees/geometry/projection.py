@@ -21,7 +21,7 @@ def project(tree: Tree, axis: int) -> Tree:
     >>> list(project(from_points([[0, 1, 2], [3, 1, 2], [3, 0, 0]], bits=2), axis=0))
     [(0, 0), (1, 2)]
     """
-    check_flat(tree, axis)
+    axis = check_flat(tree, axis)
     first, last = leaf_runs(tree, tree.dimension)
     lows, highs = without_axis(tree, axis, first), without_axis(tree, axis, last)
     if len(lows) == 0:
@@ -63,7 +63,7 @@ def visible(tree: Tree, axis: int, rising: bool = True) -> Tree:
     >>> list(visible(from_points([[0, 1], [0, 3], [2, 2]], bits=2), axis=1))
     [(0, 1), (2, 2)]
     """
-    heights = _heights(tree, axis, rising)
+    axis, heights = check_flat(tree, axis), _heights(tree, axis, rising)
     seen = np.flatnonzero(heights >= 0)
     others = cells_of_keys(seen.astype(np.uint64), tree.dimension - 1, tree.bits)
     cells = np.insert(others, axis, heights[seen].astype(np.uint64), axis=1)
@@ -74,7 +74,7 @@ def _heights(tree: Tree, axis: int, rising: bool) -> Int[np.ndarray, " columns"]
     """The first coordinate of each column, columns in Morton order."""
     from trees.geometry import kernels
 
-    check_flat(tree, axis)
+    axis = check_flat(tree, axis)
     columns = 2 ** (tree.depth - tree.bits)
     if columns > MAX_COLUMNS:
         raise TooManyPieces(columns, MAX_COLUMNS)

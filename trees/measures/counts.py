@@ -5,7 +5,10 @@ from dataclasses import dataclass
 import numpy as np
 from jaxtyping import Float
 
+from trees.doors import whole
 from trees.errors import TreeError
+from trees.node_counts import level_counts
+from trees.shared import Shared
 from trees.tree import Tree
 
 
@@ -27,7 +30,8 @@ class BoxDimension:
 def node_counts(tree: Tree) -> tuple[int, ...]:
     """How many nodes of edge `size / 2^b` meet the set, for b from 0 to `bits`: grey and black ones.
 
-    These are the counts of the cells of `tree.at(b)`, in one pass over the words.
+    These are the counts of the cells of `tree.at(b)`, in one pass over the words, or over the nodes
+    of a shared tree, of any number of levels.
 
     >>> from trees import from_points
     >>> node_counts(from_points([[0, 0], [0, 1], [3, 3]], bits=2))
@@ -35,6 +39,8 @@ def node_counts(tree: Tree) -> tuple[int, ...]:
     """
     from trees.measures import kernels
 
+    if isinstance(tree.form, Shared):
+        return tuple(level_counts(tree.form)[:: tree.dimension])
     shifts = np.arange(tree.bits + 1) * tree.dimension
     counts = kernels.occupied(tree.starts, tree.words, np.uint64(tree.bricks), shifts).tolist()
     # 2^64, the cells of a full cube of depth 64, is 0 in 64 bits.
@@ -54,7 +60,8 @@ def box_dimension(tree: Tree, first: int | None = None, last: int | None = None)
     >>> round(box_dimension(from_points(cells, bits=5)).value, 6)
     1.584963
     """
-    first, last = 1 if first is None else first, tree.bits if last is None else last
+    first = 1 if first is None else whole(first, "first")
+    last = tree.bits if last is None else whole(last, "last")
     if not 0 <= first < last <= tree.bits:
         raise TreeError(f"levels {first} to {last}: two levels or more from 0 to {tree.bits} are needed")
     if not tree:

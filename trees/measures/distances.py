@@ -3,10 +3,11 @@
 import math
 
 import numpy as np
-from jaxtyping import Float, Real, UInt64
+from jaxtyping import Float, UInt64
 
 from trees.algebra import aligned
 from trees.cells import to_points
+from trees.doors import Rows, cell_rows, real, whole
 from trees.errors import TooManyPieces, TreeError
 from trees.morton import keys_of_cells
 from trees.runs import black_runs
@@ -15,9 +16,7 @@ from trees.tree import Tree
 MAX_POINTS = 2**24
 
 
-def cell_distance(
-    a: Real[np.ndarray, "cells dim"], b: Real[np.ndarray, "cells dim"], bits: int, volume: float = 1.0
-) -> Float[np.ndarray, " cells"]:
+def cell_distance(a: Rows, b: Rows, bits: int, volume: float = 1.0) -> Float[np.ndarray, " cells"]:
     """The ultrametric of cells: `(2^h - 1) volume / 2^(k bits)`, h the height of the smallest common node.
 
     The node is one of the binary tree; `volume` is that of the cube. The distance is that of the keys
@@ -26,17 +25,17 @@ def cell_distance(
     are 1/8 apart, 3/8 and 4/8 are 7/8 apart. The measure of the node would be 1/4 and 1, and not 0 for
     equal cells.)
 
-    Raises `TreeError` where the cells are no integers, or outside the cube.
+    Raises `TreeError` where the cells are no integers, outside the cube, or not as many on both sides.
 
     >>> cells = np.array([[0], [3], [2]])
     >>> cell_distance(cells, np.array([[1], [4], [5]]), bits=3).tolist()
     [0.125, 0.875, 0.875]
     """
-    for cells in (a, b):
-        if not np.issubdtype(cells.dtype, np.integer):
-            raise TreeError(f"cells of {cells.dtype}: integers are needed")
-    differing = keys_of_cells(a, bits) ^ keys_of_cells(b, bits)
-    depth = a.shape[1] * bits
+    one, other, bits = cell_rows(a), cell_rows(b), whole(bits, "bits")
+    if one.shape != other.shape:
+        raise TreeError(f"cells of shapes {one.shape} and {other.shape}: cell by cell, as many are needed")
+    differing = keys_of_cells(one, bits) ^ keys_of_cells(other, bits)
+    depth, volume = one.shape[1] * bits, real(volume, "volume")
     return np.array(
         [_span(int(key).bit_length(), depth, volume) for key in differing.tolist()], dtype=np.float64
     )

@@ -6,6 +6,7 @@ from itertools import product
 import numpy as np
 from jaxtyping import Bool, Float, Int
 
+from trees.doors import real
 from trees.errors import TreeError
 from trees.measures.directions import extreme_directions, value
 from trees.measures.moments import Moments, moments
@@ -68,6 +69,7 @@ def principal_frame(tree: Tree | Moments, tolerance: float = 0.02, proper: bool 
     >>> frame.centroid.tolist(), bool((frame.skewness >= 0).all())
     ([0.3125, 0.1875], True)
     """
+    tolerance = real(tolerance, "tolerance")
     if not 0 <= tolerance < 1:
         raise TreeError(f"a tolerance of {tolerance}: a share from 0 to below 1 is needed")
     if isinstance(tree, Moments) and tree.order < 4:

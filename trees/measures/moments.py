@@ -8,6 +8,7 @@ from math import comb
 import numpy as np
 from jaxtyping import Float
 
+from trees.doors import whole
 from trees.errors import TreeError
 from trees.measures.sums import Exponent, cell_integrals
 from trees.tree import Tree
@@ -76,7 +77,7 @@ class Moments:
 
         Raises `TreeError` for the empty set, or a degree above the order.
         """
-        if not 0 <= degree <= self.order:
+        if not 0 <= whole(degree, "degree") <= self.order:
             raise TreeError(f"means of degree {degree} from moments of order {self.order}")
         central = self.central().table
         volume = central[(0,) * self.dimension]
@@ -100,6 +101,7 @@ def moments(tree: Tree, order: int = 3) -> Moments:
     >>> found.volume, found.centroid.tolist(), str(found.table[(1, 1)])
     (0.5, [0.5, 0.25], '1/16')
     """
+    order = whole(order, "order")
     if order < 0:
         raise TreeError(f"moments of order {order}: at least 0 is needed")
     k, cell = tree.dimension, Fraction(tree.size) / 2**tree.bits

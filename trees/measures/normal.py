@@ -4,9 +4,11 @@ import numpy as np
 
 from trees.cells import from_array
 from trees.cube import Cube
+from trees.doors import real, whole
 from trees.errors import TooManyPieces, TreeError
 from trees.leaves import leaves
 from trees.measures.frame import Frame, principal_frame
+from trees.morton import check_widths
 from trees.tree import Tree
 
 UNITS = ("inertia", "volume")
@@ -43,6 +45,8 @@ def normalised(
     >>> normal.dimension, abs(normal.measure / 12 - 0.25) < 0.02
     (2, True)
     """
+    bits, reach = whole(bits, "bits"), real(reach, "reach")
+    check_widths(tree.dimension, bits)
     if unit not in UNITS:
         raise TreeError(f"unit {unit!r}: one of {', '.join(UNITS)} is needed")
     if not reach > 0:

@@ -29,6 +29,8 @@ def exponents(dimension: int, order: int) -> tuple[Exponent, ...]:
     >>> exponents(2, 1)
     ((0, 0), (1, 0), (0, 1))
     """
+    if order >= MAX_MOMENTS:
+        raise TreeError(f"moments up to order {order}: there would be more than {MAX_MOMENTS} of them")
     if comb(dimension + order, order) > MAX_MOMENTS:
         raise TreeError(
             f"{comb(dimension + order, order)} moments up to order {order}, more than {MAX_MOMENTS}: "
@@ -55,12 +57,12 @@ def cell_integrals(tree: Tree, order: int) -> dict[Exponent, Fraction]:
     1988, VI.1 and annex 10, carries the moments of each node down the tree instead; its printed formula
     for halves has a factor `(n_(j+1) - 1) / n_(j+1)` that is wrong.)
     """
+    found = exponents(tree.dimension, order)
     if isinstance(tree.form, Shared) and (tree.depth > 64 or len(tree.form.lows) <= FEW):
-        return node_integrals(tree.form, tree.dimension, exponents(tree.dimension, order))
+        return node_integrals(tree.form, tree.dimension, found)
     if order > 0 and _word_bits(tree.dimension, order) > WORD_BITS:
         return _by_boxes(tree, order)
     sums, cuts = _pieces(tree, order)
-    found = exponents(tree.dimension, order)
     scale = lcm(*range(1, order + 2))
     total = [0] * len(found)
     for level, table in enumerate(sums):

@@ -7,6 +7,7 @@ from fractions import Fraction
 import numpy as np
 from jaxtyping import Int, Integer
 
+from trees.doors import wholes
 from trees.errors import TooManyPieces, TreeError
 from trees.morphology.elements import Ball, Box, Diamond, Element
 from trees.morphology.filters import dilation
@@ -46,6 +47,10 @@ def distances(
     """
     if metric not in METRICS:
         raise TreeError(f"metric {metric!r}: one of {', '.join(METRICS)} is needed")
+    try:
+        limit = None if limit is None else float(limit)
+    except (TypeError, ValueError, OverflowError):
+        raise TreeError(f"a limit of {limit!r}: a number is needed") from None
     if limit is not None and not limit >= 0:
         raise TreeError(f"a limit of {limit}: one not below 0 is needed")
     box = _box(tree, low, high)
@@ -73,8 +78,8 @@ def within(tree: Tree, radius: float, metric: str = "euclidean", grow: bool = Fa
 def _box(
     tree: Tree, low: Sequence[int] | None, high: Sequence[int] | None
 ) -> tuple[tuple[int, ...], tuple[int, ...]]:
-    lows = (0,) * tree.dimension if low is None else tuple(int(x) for x in low)
-    highs = (2**tree.bits,) * tree.dimension if high is None else tuple(int(x) for x in high)
+    lows = (0,) * tree.dimension if low is None else tuple(wholes(low, "low"))
+    highs = (2**tree.bits,) * tree.dimension if high is None else tuple(wholes(high, "high"))
     if len(lows) != tree.dimension or len(highs) != tree.dimension:
         raise TreeError(f"a box from {lows} to {highs} for a tree of dimension {tree.dimension}")
     for axis, (a, b) in enumerate(zip(lows, highs, strict=True)):

@@ -2,16 +2,19 @@
 
 import itertools
 import math
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 from fractions import Fraction
 
 import numpy as np
 from jaxtyping import Int
 
+from trees.doors import real
 from trees.errors import TooManyPieces, TreeError
 from trees.tree import Tree
 
 MAX_ROWS = 2**22
+MAX_LENGTH = 2**40
 
 
 @dataclass(frozen=True)
@@ -25,12 +28,15 @@ class Box:
     [2, 2, 2]
     """
 
-    radii: float | tuple[float, ...]
+    radii: float | Sequence[float]
     mm: bool = False
 
     def __post_init__(self):
-        for radius in self.radii if isinstance(self.radii, tuple) else (self.radii,):
-            _check_radius(radius)
+        if isinstance(self.radii, Iterable):
+            radii = tuple(_radius(radius) for radius in self.radii)
+        else:
+            radii = _radius(self.radii)
+        object.__setattr__(self, "radii", radii)
 
 
 @dataclass(frozen=True)
@@ -48,7 +54,7 @@ class Ball:
     mm: bool = False
 
     def __post_init__(self):
-        _check_radius(self.radius)
+        object.__setattr__(self, "radius", _radius(self.radius))
 
 
 @dataclass(frozen=True)
@@ -63,7 +69,7 @@ class Diamond:
     mm: bool = False
 
     def __post_init__(self):
-        _check_radius(self.radius)
+        object.__setattr__(self, "radius", _radius(self.radius))
 
 
 Element = Box | Ball | Diamond
@@ -96,7 +102,7 @@ def reach(element: Element, dimension: int, cell: Fraction) -> tuple[int, ...]:
     unit = Fraction(cell) if element.mm else Fraction(1)
     if not isinstance(element, Box):
         return (math.floor(Fraction(element.radius) / unit),) * dimension
-    radii = element.radii if isinstance(element.radii, tuple) else (element.radii,) * dimension
+    radii = element.radii if isinstance(element.radii, Sequence) else (element.radii,) * dimension
     if len(radii) != dimension:
         raise TreeError(f"a box of {len(radii)} radii for a tree of dimension {dimension}")
     return tuple(math.floor(Fraction(radius) / unit) for radius in radii)
@@ -105,12 +111,16 @@ def reach(element: Element, dimension: int, cell: Fraction) -> tuple[int, ...]:
 def rows(element: Element, dimension: int, cell: Fraction) -> Rows:
     """The element as a stack of rows, for cells of this size in mm.
 
-    Raises `TooManyPieces` above 2^22 rows.
+    Raises `TooManyPieces` above 2^22 rows, or rows of more than 2^40 cells.
     """
     radii = reach(element, dimension, cell)
+    for total, most in (
+        (math.prod(2 * radius + 1 for radius in radii[:-1]), MAX_ROWS),
+        (2 * radii[-1] + 1, MAX_LENGTH),
+    ):
+        if total > most:
+            raise TooManyPieces(total, most)
     total = math.prod(2 * radius + 1 for radius in radii[:-1])
-    if total > MAX_ROWS:
-        raise TooManyPieces(total, MAX_ROWS)
     offsets = np.array(list(itertools.product(*(range(-r, r + 1) for r in radii[:-1]))), dtype=np.int64)
     offsets = offsets.reshape(total, dimension - 1)
     if isinstance(element, Box):
@@ -131,6 +141,9 @@ def cell_of(tree: Tree) -> Fraction:
     return Fraction(tree.size) / 2**tree.bits
 
 
-def _check_radius(radius: float) -> None:
-    if not (math.isfinite(radius) and radius >= 0):
+def _radius(radius: float) -> float:
+    """The radius as it is given, an integer or a float: it is compared exactly."""
+    number = radius if isinstance(radius, int) else real(radius, "a radius of")
+    if number < 0:
         raise TreeError(f"a radius of {radius}: a finite one, not below 0, is needed")
+    return number

@@ -1,5 +1,6 @@
 """The median and other ranks: how many cells around a cell are black."""
 
+from trees.doors import whole
 from trees.errors import TreeError
 from trees.morphology.elements import Element, cell_of, rows
 from trees.morphology.spread import counted
@@ -31,7 +32,7 @@ def rank(tree: Tree, element: Element, least: int, outside: bool = False) -> Tre
     >>> list(rank(from_points([[1], [3], [4], [6]], bits=3), Box(1), 1))
     [(0,), (1,), (2,), (3,), (4,), (5,), (6,), (7,)]
     """
-    found = rows(element, tree.dimension, cell_of(tree))
+    least, found = whole(least, "least"), rows(element, tree.dimension, cell_of(tree))
     if not 1 <= least <= found.count:
         raise TreeError(
             f"{least} black cells of an element of {found.count}: 1 to {found.count} are possible"

@@ -8,6 +8,7 @@ from trees.errors import TooManyPieces
 from trees.morphology.elements import Box, Element, Rows, cell_of, reach, rows
 from trees.morphology.tiles import (
     BATCH_WORDS,
+    MAX_SLOTS,
     Layout,
     Tiles,
     Window,
@@ -17,6 +18,8 @@ from trees.morphology.tiles import (
     tree_of_pieces,
     window,
 )
+from trees.runs import MAX_RUNS, black_runs, tree_of_runs
+from trees.topology.faces import touching_pairs
 from trees.tree import Tree, empty
 
 MAX_TILES = 2**26
@@ -30,10 +33,15 @@ def spread(tree: Tree, element: Element, outside: bool) -> Tree:
     >>> list(spread(from_points([[4]], bits=3), Box(1), outside=True))
     [(0,), (3,), (4,), (5,), (7,)]
     """
+    radii = reach(element, tree.dimension, cell_of(tree))
+    if tree.dimension == 1:
+        return _spread_line(tree, radii[0], outside)
     if isinstance(element, Box):
-        return _spread_box(tree, reach(element, tree.dimension, cell_of(tree)), outside)
-    tiles, found = tiled(tree), rows(element, tree.dimension, cell_of(tree))
-    around = window(tiles.layout, reach(element, tree.dimension, cell_of(tree)))
+        return _spread_box(tree, radii, outside)
+    tiles = tiled(tree)
+    around = window(tiles.layout, radii)
+    found = rows(element, tree.dimension, cell_of(tree))
+    _check_shell(tiles, around)
     candidates = _spread_box(tiles.some, _steps(around), outside) - tiles.every
     return _filtered(tiles, candidates, tiles.every, around, found, 1, outside)
 
@@ -49,6 +57,22 @@ def counted(tree: Tree, element: Element, found: Rows, least: int, outside: bool
     return _filtered(tiles, near - deep, deep, around, found, least, outside)
 
 
+def _spread_line(tree: Tree, radius: int, outside: bool) -> Tree:
+    """The dilation of a set on the line: runs grow at both ends."""
+    lows, highs = black_runs(tree)
+    side = 2**tree.bits
+    last, by, edge = np.uint64(side - 1), np.uint64(min(radius, side - 1)), min(radius, side) - 1
+    lows, highs = lows - np.minimum(lows, by), highs + np.minimum(last - highs, by)
+    if outside and edge >= 0:
+        lows = np.append(lows, np.array([0, side - 1 - edge], dtype=np.uint64))
+        highs = np.append(highs, np.array([edge, side - 1], dtype=np.uint64))
+    order = np.argsort(lows)
+    lows, highs = lows[order], np.maximum.accumulate(highs[order])
+    apart = lows[1:] > highs[:-1]
+    some = np.ones(min(len(lows), 1), dtype=bool)
+    return tree_of_runs((lows[np.append(some, apart)], highs[np.append(apart, some)]), tree.cube, tree.bits)
+
+
 def _spread_box(tree: Tree, radii: tuple[int, ...], outside: bool) -> Tree:
     """The dilation by a box: in steps where it reaches far beyond tiles."""
     rest = tuple(min(radius, 2**tree.bits) for radius in radii)
@@ -58,6 +82,7 @@ def _spread_box(tree: Tree, radii: tuple[int, ...], outside: bool) -> Tree:
         if tiles.some.bits == 0:
             candidates = ~empty(tree.cube, 0)
         else:
+            _check_shell(tiles, around)
             candidates = _spread_box(tiles.some, _steps(around), outside) - tiles.every
         none = Rows(np.zeros((1, tree.dimension - 1), np.int64), np.array([around.reach[-1]]))
         tree = _filtered(tiles, candidates, tiles.every, around, none, 0, outside)
@@ -79,6 +104,21 @@ def _steps(around: Window) -> tuple[int, ...]:
     return tuple(around.neighbours.max(axis=0).tolist())
 
 
+def _check_shell(tiles: Tiles, around: Window) -> None:
+    """Raises `TooManyPieces` at once where the tiles that touch black ones are too many.
+
+    A white tile has at most `2 k` faces to black ones: the pairs of tiles of both colours that share a face
+    are counted on nodes.
+    """
+    coarse, k = tiles.some, tiles.tree.dimension
+    if 2**coarse.depth <= MAX_TILES or not all(_steps(around)):
+        return
+    pairs = k * (2**coarse.bits - 1) * 2 ** (coarse.depth - coarse.bits)
+    mixed = pairs - sum(touching_pairs(coarse)) - sum(touching_pairs(~coarse))
+    if mixed > 2 * k * MAX_TILES:
+        raise TooManyPieces(mixed // (2 * k), MAX_TILES)
+
+
 def _filtered(
     tiles: Tiles, candidates: Tree, black: Tree, around: Window, found: Rows, least: int, outside: bool
 ) -> Tree:
@@ -93,7 +133,8 @@ def _filtered(
     digits = max((found.count - 1).bit_length(), 1) if least > 1 else 1
     pieces: list[tuple[UInt64[np.ndarray, " entries"], UInt64[np.ndarray, " entries"]]] = []
     after = 0
-    batch = max(1, BATCH_WORDS // shape.count)
+    batch = max(1, min(BATCH_WORDS // shape.count, MAX_SLOTS // len(around.neighbours)))
+    entries = 0
     for first in range(0, len(keys), batch):
         part = keys[first : first + batch]
         places, greys = slots(tiles, part, around, outside)
@@ -113,6 +154,9 @@ def _filtered(
             digits,
         )
         pieces.append((starts, words))
+        entries += len(starts)
+        if entries > MAX_RUNS:
+            raise TooManyPieces(entries, MAX_RUNS)
         after = int(end)
     if after < tree.bricks:
         pieces.append((np.array([after], dtype=np.uint64), np.zeros(1, dtype=np.uint64)))

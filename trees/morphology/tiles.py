@@ -16,6 +16,7 @@ from trees.tree import Tree, empty
 SIDES = {1: 6, 2: 6, 3: 6, 4: 5, 5: 4, 6: 3, 7: 2, 8: 2, 9: 2}
 BATCH_WORDS = 2**22
 MAX_WINDOW = 2**26
+MAX_SLOTS = 2**22
 
 
 @dataclass(frozen=True)
@@ -138,7 +139,7 @@ class Window:
 def window(found: Layout, reach: tuple[int, ...]) -> Window:
     """The windows of tiles for an element of this reach, in cells on each axis.
 
-    Raises `TooManyPieces` where a window would be more than 2^26 words.
+    Raises `TooManyPieces` where a window would be more than 2^26 words, or meet more than 2^22 tiles.
     """
     edge, words = found.edge, 2 * -(-reach[-1] // 64) + 1
     extents = [edge + 2 * r for r in reach[:-1]]
@@ -146,6 +147,9 @@ def window(found: Layout, reach: tuple[int, ...]) -> Window:
     if size > MAX_WINDOW:
         raise TooManyPieces(size, MAX_WINDOW)
     steps = [-(-r // edge) for r in reach]
+    tiles = math.prod(2 * step + 1 for step in steps)
+    if tiles > MAX_SLOTS:
+        raise TooManyPieces(tiles, MAX_SLOTS)
     neighbours = np.array(list(itertools.product(*(range(-s, s + 1) for s in steps))), dtype=np.int64)
     tile, row = np.zeros((1,), np.int64), np.zeros((1,), np.int64)
     for r, step, extent in zip(reach, steps, extents, strict=False):

@@ -53,7 +53,7 @@ class CorrelatingClassifier:
         if self.base not in BASES:
             raise TreeError(f"base {self.base!r}: one of {', '.join(BASES)} is needed")
         labels = np.asarray(y)
-        self.classes_ = np.unique(labels)
+        self.classes_, self.dimension_ = np.unique(labels), trees[0].dimension
         self.base_: dict[Hashable, list[Tree]] = {label: [] for label in self.classes_.tolist()}
         for tree, label in zip(trees, labels.tolist(), strict=True):
             known = self.base_[label]
@@ -66,8 +66,8 @@ class CorrelatingClassifier:
 
     def predict(self, X: Sequence) -> np.ndarray:
         """The labels of trees."""
-        fitted(self)
-        return self.classes_[[int(np.argmin(row)) for row in self._distances(checked(X, None))]]
+        trees = fitted(self, X)
+        return self.classes_[[int(np.argmin(row)) for row in self._distances(trees)]]
 
     def score(self, X: Sequence, y: Sequence[Hashable] | np.ndarray) -> float:
         """The share of trees whose label is found."""

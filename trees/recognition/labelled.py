@@ -8,6 +8,7 @@ from jaxtyping import Float, UInt64
 
 from trees.cells import from_morton, to_morton
 from trees.cube import Cube
+from trees.doors import Rows, numbers, point_rows, whole
 from trees.errors import TreeError
 from trees.morton import keys_of_cells
 from trees.tree import Tree
@@ -22,14 +23,15 @@ class LabelledTree:
 
     trees: Mapping[Hashable, Tree]
 
-    def votes(self, point: Float[np.ndarray, " dim"]) -> dict[Hashable, int]:
+    def votes(self, point: Float[np.ndarray, " dim"] | Sequence[float]) -> dict[Hashable, int]:
         """How many black cells each label has in the smallest node that holds the point and a black cell.
 
         The nodes are those of the binary tree: these cells are the nearest ones for the ultrametric of
         `trees.measures.cell_distance`. A point outside the cube counts as the nearest one inside.
         """
         some = next(iter(self.trees.values()))
-        key = int(_keys(point[None, :], some.cube, some.bits)[0])
+        row = point_rows(numbers(point, "point")[None, :], some.dimension)
+        key = int(_keys(row, some.cube, some.bits)[0])
         rows = {label: to_morton(tree) for label, tree in self.trees.items()}
         for height in range(some.depth + 1):
             low = key >> height << height
@@ -43,9 +45,7 @@ class LabelledTree:
         return dict.fromkeys(self.trees, 0)
 
 
-def labelled_tree(
-    points: Float[np.ndarray, "points dim"], labels: Sequence[Hashable], cube: Cube, bits: int
-) -> LabelledTree:
+def labelled_tree(points: Rows, labels: Sequence[Hashable], cube: Cube, bits: int) -> LabelledTree:
     """The labelled tree of points: each label has the cells of its points; those outside the cube move in.
 
     Raises `TreeError` where there is no point, or not one label a point, `KeyTooWide` where
@@ -56,6 +56,7 @@ def labelled_tree(
     >>> tree.votes(np.array([0.3, 0.2]))
     {'low': 1, 'high': 0}
     """
+    points, bits = point_rows(points, cube.dimension), whole(bits, "bits")
     if len(points) == 0 or len(points) != len(labels):
         raise TreeError(
             f"{len(points)} points and {len(labels)} labels: as many, and at least one, are needed"
@@ -69,5 +70,8 @@ def labelled_tree(
 
 
 def _keys(points: Float[np.ndarray, "points dim"], cube: Cube, bits: int) -> UInt64[np.ndarray, " points"]:
+    if not np.isfinite(points).all():
+        row, axis = np.argwhere(~np.isfinite(points))[0].tolist()
+        raise TreeError(f"point {row}: coordinate {points[row, axis]} on axis {axis} is not finite")
     cells = np.floor((points - np.array(cube.origin)) / (cube.size / 2**bits))
     return keys_of_cells(np.clip(cells, 0, 2**bits - 1).astype(np.int64), bits)

@@ -1,7 +1,7 @@
 """What both classifiers share with those of scikit-learn: parameters by name, and a score."""
 
 import inspect
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from typing import Any
 
 import numpy as np
@@ -26,6 +26,8 @@ def set_parameters(classifier: object, values: dict[str, Any]) -> None:
 
 def checked(X: Sequence, y: Sequence | np.ndarray | None) -> list[Tree]:
     """The trees as a list, or `TreeError`: no trees, unequal dimensions, an empty set, too few labels."""
+    if not isinstance(X, Iterable) or isinstance(X, Tree):
+        raise TreeError(f"a {type(X).__name__}: a list of trees is needed")
     trees = list(X)
     if not trees:
         raise TreeError("no trees: give one or more")
@@ -42,14 +44,23 @@ def checked(X: Sequence, y: Sequence | np.ndarray | None) -> list[Tree]:
 
 
 def share_right(found: Sequence, y: Sequence) -> float:
-    """The share of labels that are right."""
+    """The share of labels that are right. Raises `TreeError` where there is not one label a tree."""
+    if len(found) != len(y):
+        raise TreeError(f"{len(found)} trees and {len(y)} labels: one label a tree is needed")
     return float(np.mean([a == b for a, b in zip(found, y, strict=True)]))
 
 
-def fitted(classifier: object) -> None:
-    """Raises `TreeError` where `fit` was not called."""
+def fitted(classifier: object, X: Sequence) -> list[Tree]:
+    """The trees to be judged.
+
+    Raises `TreeError` where `fit` was not called, or was with trees of another dimension.
+    """
     if not hasattr(classifier, "classes_"):
         raise TreeError(f"this {type(classifier).__name__} is not fitted: call fit(X, y) first")
+    trees, dimension = checked(X, None), getattr(classifier, "dimension_", None)
+    if trees[0].dimension != dimension:
+        raise TreeError(f"trees of dimension {trees[0].dimension}, where those of `fit` have {dimension}")
+    return trees
 
 
 def tags() -> Any:

@@ -59,7 +59,7 @@ class SpectralClassifier:
         self.scale_ = np.where(deviations > 1e-9, deviations, np.inf)
         self.vectors_ = (vectors - self.mean_) / self.scale_
         self.labels_ = np.asarray(y)
-        self.classes_ = np.unique(self.labels_)
+        self.classes_, self.dimension_ = np.unique(self.labels_), trees[0].dimension
         size = self.vectors_.shape[1]
         bits = min(64 // size, 12) if self.bits is None else self.bits
         cube = Cube((-WIDTH,) * size, 2 * WIDTH)
@@ -68,8 +68,7 @@ class SpectralClassifier:
 
     def predict(self, X: Sequence) -> np.ndarray:
         """The labels of trees."""
-        fitted(self)
-        vectors = (self._attributes(checked(X, None)) - self.mean_) / self.scale_
+        vectors = (self._attributes(fitted(self, X)) - self.mean_) / self.scale_
         if self.rule == "nearest":
             apart = ((vectors[:, None, :] - self.vectors_[None, :, :]) ** 2).sum(axis=2)
             return self.labels_[apart.argmin(axis=1)]

@@ -1,20 +1,24 @@
 """Which leaves and which cells touch (Guye 1988, V.1)."""
 
 import itertools
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
 from jaxtyping import Int, Int8, Real, UInt64
 
+from trees.doors import wholes
 from trees.errors import TooManyPieces, TreeError
 from trees.leaves import leaf_runs
-from trees.morton import keys_of_cells
+from trees.morton import check_widths, keys_of_cells
 from trees.runs import MAX_RUNS
 from trees.topology.metrics import D1, is_box
 from trees.tree import Tree
 
 WHITE, BLACK, GREY = 0, 1, 2
 MAX_DIRECTIONS = 3**10
+
+Vector = Real[np.ndarray, " dim"] | Sequence[int]
 
 
 @dataclass(frozen=True)
@@ -78,24 +82,22 @@ def directions(dimension: int, metric: str = D1) -> Int8[np.ndarray, "directions
     return np.array(steps, dtype=np.int8)
 
 
-def adjacent_cells(
-    tree: Tree, cell: Real[np.ndarray, " dim"], metric: str = D1
-) -> UInt64[np.ndarray, "cells dim"]:
+def adjacent_cells(tree: Tree, cell: Vector, metric: str = D1) -> UInt64[np.ndarray, "cells dim"]:
     """The cells of the cube that touch a cell, black or white.
 
     >>> from trees import empty, unit_cube
     >>> adjacent_cells(empty(unit_cube(2), bits=2), np.array([0, 3])).tolist()
     [[0, 2], [1, 3]]
     """
-    _check_cell(tree, cell)
+    cell = _checked(tree, cell)
     steps = directions(tree.dimension, metric)
     inside = np.ones(len(steps), dtype=bool)
-    start, last = cell.astype(np.uint64), np.uint64(2**tree.bits - 1)
+    start, last = cell, np.uint64(2**tree.bits - 1)
     inside &= ~((steps == -1) & (start == 0)).any(axis=1) & ~((steps == 1) & (start == last)).any(axis=1)
     return start + steps[inside].astype(np.int64).astype(np.uint64)
 
 
-def adjacent_nodes(tree: Tree, cell: Real[np.ndarray, " dim"], metric: str = D1) -> Neighbours:
+def adjacent_nodes(tree: Tree, cell: Vector, metric: str = D1) -> Neighbours:
     """In each direction the node that touches the leaf of this cell: a leaf of equal or larger size, or grey.
 
     The leaf is that of the 2^k-tree, of whatever colour. A node of the leaf's own size is grey where it is
@@ -109,11 +111,11 @@ def adjacent_nodes(tree: Tree, cell: Real[np.ndarray, " dim"], metric: str = D1)
     >>> found.directions.tolist(), found.levels.tolist(), found.colours.tolist()
     ([[-1, 0], [0, -1], [0, 1], [1, 0]], [2, 2, 1, 1], [0, 0, 0, 1])
     """
-    _check_cell(tree, cell)
-    key = int(keys_of_cells(cell[None].astype(np.uint64), tree.bits)[0])
+    cell = _checked(tree, cell)
+    key = int(keys_of_cells(cell[None], tree.bits)[0])
     level = _leaf_level(tree, key)
     width = tree.bits - level
-    start = (cell.astype(np.uint64) >> np.uint64(width)) if width < 64 else np.zeros_like(cell, np.uint64)
+    start = (cell >> np.uint64(width)) if width < 64 else np.zeros_like(cell, np.uint64)
     rows = []
     for step in directions(tree.dimension, metric):
         moved = [int(x) + int(s) for x, s in zip(start, step, strict=True)]
@@ -132,14 +134,17 @@ def adjacent_nodes(tree: Tree, cell: Real[np.ndarray, " dim"], metric: str = D1)
     )
 
 
-def _check_cell(tree: Tree, cell: Real[np.ndarray, " dim"]) -> None:
-    if len(cell) != tree.dimension:
-        raise TreeError(f"a cell of {len(cell)} coordinates for a tree of dimension {tree.dimension}")
-    for axis, x in enumerate(cell.tolist()):
-        if x != int(x) or not 0 <= x < 2**tree.bits:
+def _checked(tree: Tree, cell: Vector) -> UInt64[np.ndarray, " dim"]:
+    found = wholes(cell, "cell")
+    if len(found) != tree.dimension:
+        raise TreeError(f"a cell of {len(found)} coordinates for a tree of dimension {tree.dimension}")
+    check_widths(tree.dimension, tree.bits)
+    for axis, x in enumerate(found):
+        if not 0 <= x < 2**tree.bits:
             raise TreeError(
                 f"coordinate {x} on axis {axis}: an integer from 0 to {2**tree.bits - 1} is needed"
             )
+    return np.array(found, dtype=np.uint64)
 
 
 def _leaf_level(tree: Tree, key: int) -> int:

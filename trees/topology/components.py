@@ -1,11 +1,13 @@
 """Connected components: the classes of cells that touch one another (Guye 1988, V.2)."""
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass
 
 import numpy as np
-from jaxtyping import Bool, Int, Int32, Real, UInt64
+from jaxtyping import Bool, Int, Int32, UInt64
 
+from trees.doors import Rows, cell_rows, point_rows, wholes
+from trees.doors import numbers as numbers_of
 from trees.errors import TooManyPieces, TreeError
 from trees.leaves import leaf_runs
 from trees.morton import keys_of_cells
@@ -43,20 +45,22 @@ class Components:
     def __len__(self) -> int:
         return len(self.sizes)
 
-    def labels_of(self, cells: Real[np.ndarray, "cells dim"]) -> Int[np.ndarray, " cells"]:
+    def labels_of(self, cells: Rows) -> Int[np.ndarray, " cells"]:
         """The components of cells given by integer coordinates, -1 where white or outside the cube."""
-        found = np.full(len(cells), -1, dtype=np.int64)
-        black = self.tree.holds_cells(cells)
-        found[black] = self._of_keys(keys_of_cells(cells[black], self.tree.bits))
+        rows = cell_rows(cells, self.tree.dimension)
+        found = np.full(len(rows), -1, dtype=np.int64)
+        black = self.tree.holds_cells(rows)
+        found[black] = self._of_keys(keys_of_cells(rows[black], self.tree.bits))
         return found
 
-    def labels_of_points(self, points: Real[np.ndarray, "points dim"]) -> Int[np.ndarray, " points"]:
+    def labels_of_points(self, points: Rows) -> Int[np.ndarray, " points"]:
         """The components of the cells that hold these points, in mm, -1 where white or outside the cube."""
         from trees.reals import cells_of_points
 
-        found = np.full(len(points), -1, dtype=np.int64)
-        black = self.tree.holds(points)
-        cells = cells_of_points(points[black].astype(np.float64), self.tree.cube, self.tree.bits)
+        rows = point_rows(points, self.tree.dimension)
+        found = np.full(len(rows), -1, dtype=np.int64)
+        black = self.tree.holds(rows)
+        cells = cells_of_points(rows[black], self.tree.cube, self.tree.bits)
         found[black] = self._of_keys(keys_of_cells(cells, self.tree.bits))
         return found
 
@@ -68,7 +72,7 @@ class Components:
         """The union of the components with these numbers."""
         from trees.topology import component_kernels, piece_kernels
 
-        numbers = [which] if isinstance(which, int) else list(which)
+        numbers = wholes(which if isinstance(which, Iterable) else [which], "component")
         for number in numbers:
             if not 0 <= number < len(self):
                 raise TreeError(f"component {number} of {len(self)}: 0 to {len(self) - 1} are possible")
@@ -88,8 +92,15 @@ class Components:
             raise TooManyPieces(len(self), MAX_TREES)
         return list(self._trees())
 
-    def kept(self, wanted: Bool[np.ndarray, " components"]) -> "Components":
-        """The components chosen by a mask, in the same order, numbered anew."""
+    def kept(self, wanted: Bool[np.ndarray, " components"] | Sequence[bool]) -> "Components":
+        """The components chosen by a mask, in the same order, numbered anew.
+
+        Raises `TreeError` where the mask has not one Boolean a component.
+        """
+        wanted = numbers_of(wanted, "mask")
+        if len(wanted) != len(self) or (len(self) and wanted.dtype != np.bool_):
+            raise TreeError(f"a mask of {len(wanted)} {wanted.dtype}: {len(self)} Booleans are needed")
+        wanted = wanted.astype(bool)
         numbers = np.append(np.cumsum(wanted) - 1, -1).astype(np.int32)
         numbers[:-1][~wanted] = -1
         labels = numbers[self.labels]
