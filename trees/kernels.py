@@ -16,6 +16,16 @@ LOW = np.uint64(63)
 
 
 @no_type_check
+@numba.njit(cache=True, inline="always")
+def popcount(word):
+    """How many bits are set (LLVM makes one instruction of it)."""
+    word = word - ((word >> np.uint64(1)) & np.uint64(0x5555555555555555))
+    word = (word & np.uint64(0x3333333333333333)) + ((word >> np.uint64(2)) & np.uint64(0x3333333333333333))
+    word = (word + (word >> np.uint64(4))) & np.uint64(0x0F0F0F0F0F0F0F0F)
+    return np.int64((word * np.uint64(0x0101010101010101)) >> np.uint64(56))
+
+
+@no_type_check
 @numba.njit(cache=True)
 def interleave(cells, bits):
     """Morton keys of cells `(n, k)`; within a level, axis 0 has the highest bit."""

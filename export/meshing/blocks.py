@@ -12,7 +12,8 @@ from typing import no_type_check
 import numba
 import numpy as np
 
-from export.meshing.words import FULL, ONE, ZERO, checkered, ones, opposite, spread
+from export.meshing.words import FULL, ONE, ZERO, checkered, opposite, spread
+from trees.kernels import popcount
 
 MIXED = 2
 
@@ -156,7 +157,7 @@ def collected(starts, words, top, wanted):
             rows[n, 0], rows[n, 1], rows[n, 2] = key, active, octants[0]
             for axis in range(3):
                 rows[n, 3 + axis] = octants[0] ^ octants[1 << axis]
-                faces += ones(rows[n, 3 + axis])
-            vertices += ones(active)
+                faces += popcount(rows[n, 3 + axis])
+            vertices += popcount(active)
             n += 1
     return rows[:n], touched[:contacts, 0].copy(), vertices, faces

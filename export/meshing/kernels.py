@@ -10,7 +10,8 @@ import numba
 import numpy as np
 
 from export.meshing.diagonals import fits
-from export.meshing.words import AXES, FIRST, ONE, ZERO, along, before, lowest, ones, place
+from export.meshing.words import AXES, FIRST, ONE, ZERO, along, before, lowest, place
+from trees.kernels import popcount
 
 SPREAD = np.uint64(0x9E3779B97F4A7C15)
 
@@ -22,7 +23,7 @@ def bases_of(rows, bases):
     total = 0
     for i in range(rows.shape[0]):
         bases[i] = total
-        total += ones(rows[i, 1])
+        total += popcount(rows[i, 1])
 
 
 @no_type_check
@@ -74,7 +75,7 @@ def look_around(rows, bases, slots, i, numbers, masks):
 @numba.njit(cache=True, inline="always")
 def number(numbers, masks, bit, at):
     """The vertex at corner `bit` of the block that `look_around` put at `at`."""
-    return numbers[at] + ones(masks[at] & ((ONE << bit) - ONE))
+    return numbers[at] + popcount(masks[at] & ((ONE << bit) - ONE))
 
 
 @no_type_check
@@ -169,7 +170,7 @@ def cells_beside(rows, first, limit, inside, outside):
     n, i = 0, first
     corner = np.empty(3, np.int64)
     while i < rows.shape[0]:
-        more = ones(rows[i, 3]) + ones(rows[i, 4]) + ones(rows[i, 5])
+        more = popcount(rows[i, 3]) + popcount(rows[i, 4]) + popcount(rows[i, 5])
         if n + more > limit:
             break
         stand(rows, i, corner)

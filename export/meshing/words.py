@@ -10,6 +10,8 @@ from typing import no_type_check
 import numba
 import numpy as np
 
+from trees.kernels import popcount
+
 ZERO = np.uint64(0)
 ONE = np.uint64(1)
 FULL = np.uint64(0xFFFFFFFFFFFFFFFF)
@@ -35,19 +37,9 @@ EVEN = tuple(first | third for first, third in zip(FIRST, THIRD, strict=True))
 
 @no_type_check
 @numba.njit(cache=True, inline="always")
-def ones(word):
-    """How many bits are set (LLVM makes one instruction of it)."""
-    word = word - ((word >> np.uint64(1)) & np.uint64(0x5555555555555555))
-    word = (word & np.uint64(0x3333333333333333)) + ((word >> np.uint64(2)) & np.uint64(0x3333333333333333))
-    word = (word + (word >> np.uint64(4))) & np.uint64(0x0F0F0F0F0F0F0F0F)
-    return np.int64((word * np.uint64(0x0101010101010101)) >> np.uint64(56))
-
-
-@no_type_check
-@numba.njit(cache=True, inline="always")
 def lowest(word):
     """The number of the lowest bit that is set."""
-    return ones((word & (~word + ONE)) - ONE)
+    return popcount((word & (~word + ONE)) - ONE)
 
 
 @no_type_check

@@ -8,7 +8,7 @@ from typing import no_type_check
 import numba
 import numpy as np
 
-from trees.geometry.kernels import ONE, ZERO, emit, look, mask_of, spread, spread_table
+from trees.geometry.kernels import ONE, ZERO, advance, emit, look, mask_of, spread, spread_table
 
 NOTHING, SURE, LOOSE = 0, 1, 2
 MOST_CORNERS = 6
@@ -213,14 +213,7 @@ def image(
                 any_white = any_white or look(white, level, where)
             if any_black and any_white:
                 break
-            j = k - 1
-            while j >= 0:
-                digits[j] += 1
-                if digits[j] < sizes[j]:
-                    break
-                digits[j] = 0
-                j -= 1
-            if j < 0:
+            if not advance(digits, sizes, k):
                 break
         if not any_black:
             continue

@@ -17,6 +17,20 @@ FULL = np.uint64(0xFFFFFFFFFFFFFFFF)
 
 
 @no_type_check
+@numba.njit(cache=True, inline="always")
+def advance(digits, sizes, k):
+    """The next combination of k digits, the last one first; False after all of them."""
+    j = k - 1
+    while j >= 0:
+        digits[j] += 1
+        if digits[j] < sizes[j]:
+            return True
+        digits[j] = 0
+        j -= 1
+    return False
+
+
+@no_type_check
 @numba.njit(cache=True)
 def emit(lows, highs, n, low, high):
     """Append a run, joined to the one before where it touches; the arrays double when they are full."""
@@ -192,14 +206,7 @@ def shifted(black, white, shift, k, bits, limit):
                 any_white = True
             if any_black and any_white:
                 break
-            j = k - 1
-            while j >= 0:
-                digits[j] += 1
-                if digits[j] < sizes[j]:
-                    break
-                digits[j] = 0
-                j -= 1
-            if j < 0:
+            if not advance(digits, sizes, k):
                 break
         if not any_black:
             continue

@@ -8,6 +8,8 @@ from typing import no_type_check
 import numba
 import numpy as np
 
+from trees.kernels import popcount
+
 ZERO = np.uint64(0)
 ONE = np.uint64(1)
 SIX = np.uint64(6)
@@ -209,7 +211,4 @@ def comb(shift):
 @numba.njit(cache=True, inline="always")
 def ones(word):
     """How many bits are 1."""
-    word -= (word >> ONE) & np.uint64(0x5555555555555555)
-    word = (word & np.uint64(0x3333333333333333)) + ((word >> np.uint64(2)) & np.uint64(0x3333333333333333))
-    word = (word + (word >> np.uint64(4))) & np.uint64(0x0F0F0F0F0F0F0F0F)
-    return (word * np.uint64(0x0101010101010101)) >> np.uint64(56)
+    return np.uint64(popcount(word))

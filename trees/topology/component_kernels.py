@@ -5,8 +5,9 @@ from typing import no_type_check
 import numba
 import numpy as np
 
+from trees.kernels import popcount
 from trees.topology.pair_kernels import pairs
-from trees.topology.word_kernels import ONE, ZERO, across, behind, beside, filled, has, popcount
+from trees.topology.word_kernels import ONE, ZERO, across, behind, beside, filled, has
 
 
 @no_type_check

@@ -11,8 +11,9 @@ from typing import no_type_check
 import numba
 import numpy as np
 
+from trees.kernels import popcount
 from trees.topology.pair_kernels import first_from
-from trees.topology.word_kernels import ONE, ZERO, ahead, has, popcount
+from trees.topology.word_kernels import ONE, ZERO, ahead, has
 
 
 @no_type_check
