@@ -69,7 +69,8 @@ def print_part(
     output: PartFile,
     set_: Settings = None,
     size: Annotated[
-        float | None, typer.Option(metavar="MM", help="The longest side of the part (default: as described).")
+        float | None,
+        typer.Option(metavar="MM", help="The longest side, before thickening (default: as described)."),
     ] = None,
     resolution: Annotated[
         int | None,

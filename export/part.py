@@ -12,12 +12,13 @@ from export.meshing.skin import skin
 from export.thicken import thicken
 from export.voxels.estimate import Budget
 from export.voxels.frame import lattice_resolution
-from export.voxels.voxelise import Progress, voxelise
+from export.voxels.voxelise import Cover, Progress, voxelise
 from ifs import Mesh, Shape, bounding_box, draw, initial, refine
 from trees import Tree
 
 RESOLUTION = 200
 BUDGET = Budget(triangles=60_000_000, memory=8 * 2**30)
+MOST_THICKENED = 2_000_000_000
 LARGE = 300  # voxels along a side from which on the amounts are predicted first
 MOST_FACETS = 100_000
 DEEPEST = 29
@@ -49,14 +50,15 @@ def make_part(
     `size` is the longest side of the shape in millimetres (by default its control points are taken as
     they are); `resolution` the voxels along that side, 200 unless the pieces at `depth` lie on a
     lattice, whose own grid is then taken; `thickness` the diameter in millimetres of the ball that
-    is swept over the shape, so that walls are at least that thick (0 keeps the voxels as they are);
+    is swept over the shape, so that walls are that thick to within about a voxel (0 keeps the voxels);
     `depth` prints the solid pieces of that level instead of the limit. The surface is smooth when the
     shape is thickened and else shows its voxels, unless `style` says otherwise. Where voxels touch at an
     edge or a corner only they are joined. From 300 voxels a side on, amounts are predicted before any
     work, and compared with `budget`: 60 million triangles and 8 GiB unless given, beyond which it refuses; a
     budget that coarsens lowers the resolution instead. `progress(stage, share)` is called from time to time.
 
-    Raises `ValueError` for lengths and counts that make no sense, `OverBudget`, `ifs.NotContracting`.
+    Raises `ValueError` for lengths and counts that make no sense, `OverBudget`, `TooThick`,
+    `ifs.NotContracting`.
 
     >>> import ifs
     >>> part = make_part(ifs.shape("menger-sponge"), size=27, depth=1)
@@ -76,6 +78,7 @@ def make_part(
     covered = voxelise(shape, resolution, depth=depth, budget=budget_now, progress=tell)
     tree, field = covered.tree, None
     if thickness:
+        _require_room(covered, thickness)
         tell("thickness", 0.0)
         facets = _facets(shape, covered.pitch) if depth is None else None
         solid = thicken(tree, thickness / 2, facets)
@@ -113,6 +116,24 @@ def _facets(shape: Shape, pitch: float) -> Mesh | None:
 def _require(condition: bool, message: str) -> None:
     if not condition:
         raise ValueError(message)
+
+
+class TooThick(MemoryError):
+    """A thickness that makes more voxels than can be worked on: `voxels`, black or not."""
+
+    def __init__(self, thickness: float, voxels: int):
+        self.thickness, self.voxels = thickness, voxels
+        super().__init__(
+            f"a thickness of {thickness:.6g} mm makes a grid of {voxels:.3g} voxels, and "
+            f"{MOST_THICKENED:.3g} are possible: ask for a smaller one, or for a lower resolution"
+        )
+
+
+def _require_room(covered: Cover, thickness: float) -> None:
+    more = math.ceil(thickness / covered.pitch) + 4
+    voxels = math.prod(side + more for side in covered.size)
+    if voxels > MOST_THICKENED:
+        raise TooThick(thickness, voxels)
 
 
 def _resized(shape: Shape, size: float | None) -> Shape:

@@ -5,6 +5,7 @@ import pytest
 
 import ifs
 from export import Budget, OverBudget, make_part, skin, voxelise
+from export.part import TooThick
 from export.voxels.frame import TOLERANCE, lattice_resolution
 from trees import Tree, to_points
 
@@ -116,6 +117,11 @@ def test_too_much_is_refused_before_any_work():
     coarser = make_part(sponge, resolution=5000, budget=Budget(triangles=100_000, exceeded="coarsen"))
     assert 2_000 < len(coarser.mesh.faces) < 200_000
     assert int(coarser.recipe["Resolution"]) < 400
+
+
+def test_too_thick_is_refused():
+    with pytest.raises(TooThick, match="a smaller one"):
+        make_part(ifs.shape("menger-sponge"), resolution=50, thickness=2000.0)
 
 
 def test_progress_rises_to_one():

@@ -1,6 +1,7 @@
 """Writing a file, or a folder, whole or not at all."""
 
 import contextlib
+import errno
 import os
 import shutil
 import tempfile
@@ -25,6 +26,7 @@ def whole_file(path: str | os.PathLike[str]) -> Iterator[BinaryIO]:
     b'done'
     """
     target = Path(path)
+    _require_folder(target)
     handle, name = tempfile.mkstemp(prefix=f".{target.name[:60]}.", suffix=".part", dir=target.parent)
     try:
         with os.fdopen(handle, "w+b") as file:
@@ -54,6 +56,7 @@ def whole_folder(path: str | os.PathLike[str]) -> Iterator[Path]:
     target = Path(path)
     if target.exists() and not (target.is_dir() and not any(target.iterdir())):
         raise FileExistsError(f"{path}: is there already, and is not an empty folder")
+    _require_folder(target)
     folder = Path(tempfile.mkdtemp(prefix=f".{target.name[:60]}.", suffix=".part", dir=target.parent))
     try:
         yield folder
@@ -62,6 +65,11 @@ def whole_folder(path: str | os.PathLike[str]) -> Iterator[Path]:
     except BaseException:
         shutil.rmtree(folder, ignore_errors=True)
         raise
+
+
+def _require_folder(target: Path) -> None:
+    if not target.parent.is_dir():
+        raise FileNotFoundError(errno.ENOENT, "there is no such folder", str(target.parent))
 
 
 def _umask() -> int:

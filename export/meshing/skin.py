@@ -67,8 +67,8 @@ def skin(
     separate cells touch, several times the mesh). `faces` are int32 where that is enough.
 
     Raises `EmptySolid` when no cell is black, `ValueError` for an unknown style or rule, a gap out of range,
-    or a field of another shape or with NaN, `TreeError` for a dimension other than 3, `TooManyPieces` above
-    2^30 triangles.
+    or a field of another shape, with NaN or -inf, `TreeError` for a dimension other than 3, `TooManyPieces`
+    above 2^30 triangles.
 
     >>> from trees import from_points
     >>> cube = skin(from_points([[1, 1, 1]], bits=2))
@@ -176,7 +176,8 @@ def _values(tree: Tree, field: Field, cells: Int[np.ndarray, "cells 3"]) -> Floa
     values = np.asarray(field(places), dtype=np.float64)
     if values.shape != (len(cells),):
         raise ValueError(f"the field gives shape {values.shape} for {len(cells)} points: one number each")
-    if np.isnan(values).any():
-        where = int(np.flatnonzero(np.isnan(values))[0])
-        raise ValueError(f"the field is not a number at {places[where].tolist()} mm")
+    wrong = np.isnan(values) | (values == -np.inf)
+    if wrong.any():
+        where = int(np.argmax(wrong))
+        raise ValueError(f"the field is {values[where]} at {places[where].tolist()} mm: give a distance")
     return values / tree.cell_size
