@@ -143,7 +143,7 @@ def test_any_cells_have_the_skin_of_their_dense_array(style, contacts, array, se
     assert_manifold(mesh)
 
 
-@settings(max_examples=60, deadline=None)
+@settings(max_examples=30, deadline=None)
 @given(array=arrays())
 def test_exact_volume_area_and_genus(array) -> None:
     tree = from_array(array, CUBE)

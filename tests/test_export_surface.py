@@ -128,7 +128,7 @@ def test_without_contacts_both_rules_agree() -> None:
 
 
 @pytest.mark.parametrize(("style", "contacts"), FLAVOURS)
-@settings(max_examples=60, deadline=None)
+@settings(max_examples=20, deadline=None)
 @given(filled=blocks, seed=seeds)
 def test_any_voxels_give_a_manifold(style, contacts, filled, seed) -> None:
     solid = Solid(unit(filled), random_field(filled, seed))
@@ -142,7 +142,7 @@ def test_any_voxels_give_a_manifold(style, contacts, filled, seed) -> None:
     assert len(weld(mesh).vertices) == len(mesh.vertices)
 
 
-@settings(max_examples=100, deadline=None)
+@settings(max_examples=30, deadline=None)
 @given(filled=blocks)
 def test_exact_volume_and_area(filled) -> None:
     for contacts, voxels in (("separate", unit(filled)), ("join", join_contacts(unit(filled)))):
@@ -184,7 +184,7 @@ def test_smooth_triangles_do_not_cross(contacts, filled, seed) -> None:
     assert crossings(surface(solid, "smooth", contacts)) == 0
 
 
-@settings(max_examples=100, deadline=None)
+@settings(max_examples=30, deadline=None)
 @given(filled=blocks)
 def test_joining_adds_what_it_must_and_leaves_no_contact(filled) -> None:
     joined = join_contacts(unit(filled))
@@ -287,7 +287,7 @@ def test_refusals() -> None:
         Solid(one, np.ones((1, 1, 1), dtype=np.float32))
 
 
-@settings(max_examples=100, deadline=None)
+@settings(max_examples=30, deadline=None)
 @given(filled=blocks)
 def test_euler_of_voxels_is_that_of_their_adjacency_complex(filled) -> None:
     """Voxels, pairs, full 2 x 2 squares and full 2 x 2 x 2 cubes, counted one by one."""

@@ -46,7 +46,7 @@ def nearest(places: np.ndarray, points: np.ndarray) -> np.ndarray:
     return np.linalg.norm(places[:, None] - points[None], axis=2).min(axis=1)
 
 
-@settings(max_examples=60, deadline=None)
+@settings(max_examples=20, deadline=None)
 @given(filled=blocks, steps=st.sampled_from([0, 0.4, 1, 1.5, 2, 3]))
 def test_centres_within_the_distance(filled, steps) -> None:
     tree = voxels_of(filled)
@@ -59,7 +59,7 @@ def test_centres_within_the_distance(filled, steps) -> None:
     np.testing.assert_allclose(solid.field(places), expected, atol=1e-9)
 
 
-@settings(max_examples=60, deadline=None)
+@settings(max_examples=20, deadline=None)
 @given(filled=blocks, steps=st.sampled_from([0, 0.4, 1, 2.5]), seed=st.integers(0, 2**32 - 1))
 def test_true_points_next_to_the_surface(filled, steps, seed) -> None:
     tree = voxels_of(filled)
