@@ -288,7 +288,8 @@ def test_refusals() -> None:
         skin(one, "round")
     with pytest.raises(ValueError, match="gap"):
         skin(one, gap=0.3)
-    with pytest.raises(ValueError, match="not a number at"):
-        skin(one, "smooth", field=lambda points: np.full(len(points), np.nan))
+    for wrong in (np.nan, -np.inf):
+        with pytest.raises(ValueError, match="give a distance"):
+            skin(one, "smooth", field=lambda points, wrong=wrong: np.full(len(points), wrong))
     with pytest.raises(ValueError, match="one number each"):
         skin(one, "smooth", field=lambda points: points)
