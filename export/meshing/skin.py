@@ -101,7 +101,8 @@ def _blocks(tree: Tree) -> tuple[Blocks, UInt64[np.ndarray, " _touched"]]:
     from export.meshing.blocks import collected
     from export.meshing.kernels import bases_of, table_of
 
-    rows, touched, vertices, squares = collected(*entries(tree), 0)
+    rows, touched, *counts = collected(*entries(tree), 0)
+    vertices, squares = (int(count) for count in counts)
     if 2 * squares > MAX_TRIANGLES:
         raise TooManyPieces(2 * squares, MAX_TRIANGLES)
     bases = np.empty(len(rows), dtype=np.int32)
