@@ -7,9 +7,10 @@ from jaxtyping import UInt64
 
 from trees.bricks import Flat, bricks_of, flat_of_bricks, form_of_bricks, form_of_words
 from trees.cube import common_cube, log2_ratio, steps_between
-from trees.errors import TooManyPieces, TreeError
+from trees.errors import TreeError
+from trees.node_counts import entry_count
 from trees.runs import embed
-from trees.shared import Shared, bricks_of_shared, combine_shared
+from trees.shared import Shared, combine_shared
 from trees.tree import Tree
 
 FEW = 2**20
@@ -94,12 +95,7 @@ def _better_shared(a: Tree, b: Tree) -> bool:
     shared = [form for form in forms if isinstance(form, Shared)]
     if a.depth > 64 or len(shared) == 2:
         return True
-    try:
-        for form in shared:
-            bricks_of_shared(form, FEW)
-    except TooManyPieces:
-        return True
-    return False
+    return any(entry_count(form) > FEW for form in shared)
 
 
 def _needed_cell(tree: Tree, cube) -> Fraction:

@@ -8,7 +8,7 @@ from typing import no_type_check
 import numba
 import numpy as np
 
-from trees.geometry.kernels import ONE, ZERO, advance, emit, look, mask_of, spread, spread_table
+from trees.geometry.kernels import ZERO, advance, emit, halved, look, mask_of, spread, spread_table
 
 NOTHING, SURE, LOOSE = 0, 1, 2
 MOST_CORNERS = 6
@@ -222,13 +222,7 @@ def image(
             if n > limit:
                 break
             continue
-        axis = d % k
-        for j in range(k):
-            corners[top + 1, j] = corners[top, j]
-        corners[top, axis] += edges[d + 1, axis]
-        keys[top], depths[top] = key | (ONE << np.uint64(depth - d - 1)), d + 1
-        keys[top + 1], depths[top + 1] = key, d + 1
-        top += 2
+        top = halved(corners, keys, depths, top, depth, k, edges[d + 1, d % k])
     return lows[:n].copy(), highs[:n].copy()
 
 

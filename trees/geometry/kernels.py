@@ -18,6 +18,19 @@ FULL = np.uint64(0xFFFFFFFFFFFFFFFF)
 
 @no_type_check
 @numba.njit(cache=True, inline="always")
+def halved(corners, keys, depths, top, depth, k, step):
+    """Put the halves of the box that stood at `top` on the stack, the low one uppermost; the new top."""
+    key, d = keys[top], depths[top]
+    for j in range(k):
+        corners[top + 1, j] = corners[top, j]
+    corners[top, d % k] += step
+    keys[top], depths[top] = key | (ONE << np.uint64(depth - d - 1)), d + 1
+    keys[top + 1], depths[top + 1] = key, d + 1
+    return top + 2
+
+
+@no_type_check
+@numba.njit(cache=True, inline="always")
 def advance(digits, sizes, k):
     """The next combination of k digits, the last one first; False after all of them."""
     j = k - 1
@@ -107,13 +120,7 @@ def convex(normals, offsets, slack, k, bits, limit):
                 break
             continue
         counts[d] = count
-        axis = d % k
-        for j in range(k):
-            corners[top + 1, j] = corners[top, j]
-        corners[top, axis] += edges[d + 1, axis]
-        keys[top], depths[top] = key | (ONE << np.uint64(depth - d - 1)), d + 1
-        keys[top + 1], depths[top + 1] = key, d + 1
-        top += 2
+        top = halved(corners, keys, depths, top, depth, k, edges[d + 1, d % k])
     return lows[:n].copy(), highs[:n].copy()
 
 
@@ -215,13 +222,7 @@ def shifted(black, white, shift, k, bits, limit):
             if n > limit:
                 break
             continue
-        axis = d % k
-        for j in range(k):
-            corners[top + 1, j] = corners[top, j]
-        corners[top, axis] += np.int64(1) << (bits - d // k - 1)
-        keys[top], depths[top] = key | (ONE << np.uint64(depth - d - 1)), d + 1
-        keys[top + 1], depths[top + 1] = key, d + 1
-        top += 2
+        top = halved(corners, keys, depths, top, depth, k, np.int64(1) << (bits - d // k - 1))
     return lows[:n].copy(), highs[:n].copy()
 
 
