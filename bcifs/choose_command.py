@@ -13,6 +13,7 @@ from automata.expression import ExpressionError, number
 from automata.parameters import settled
 from bcifs.answers import answer
 from bcifs.options import AsJson, File, Settings
+from bcifs.progress import reporting
 from bcifs.values import parse_settings
 from subdivision import WrongValue
 
@@ -87,7 +88,10 @@ def choose(
 
         requests.append(kinds.Contracts())
     wish = _near(near, settled(solution.automaton).values)
-    choice = chosen(solution, [*requests, *wish], seed=seed, starts=starts)
+    with reporting() as report:
+        choice = chosen(
+            solution, [*requests, *wish], seed=seed, starts=starts, report=lambda done: report("search", done)
+        )
     if as_json:
         answer(as_data(choice, settings))
     else:

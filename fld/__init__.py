@@ -5,7 +5,7 @@ from fld.classes import Region, named
 from fld.cone import Cone, Spiral
 from fld.derivative import Derivative, Derivatives, derivatives
 from fld.design import Fit, OutOfReach, fit_behaviour
-from fld.error import Collapsed, NotACurve
+from fld.error import Collapsed, NotACurve, OutOfScale
 from fld.expansion import Bend, Expansion, Term, expansions
 from fld.exponent import Orders, orders
 from fld.order import critical_order, parametrisation
@@ -30,6 +30,7 @@ __all__ = [
     "NotACurve",
     "Orders",
     "OutOfReach",
+    "OutOfScale",
     "Region",
     "Roughness",
     "Spiral",

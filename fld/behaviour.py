@@ -13,7 +13,9 @@ from fld.curve import curve, fixed_point
 from fld.local import sides
 from fld.order import dominant_moduli, solved_order
 from fld.parts import Chosen, chosen, parameter
+from fld.scale import settled
 from fld.tangent import HalfTangent, seen
+from fld.wording import number, written
 from ifs import Shape
 
 _SAME_ANGLE = 1e-6  # degrees
@@ -55,11 +57,10 @@ class Behaviour:
 
     def as_text(self) -> str:
         """The same as lines to read."""
-        point = ", ".join(f"{round(x, 9) + 0.0:.6g}" for x in self.point)
         parts = ", ".join(f"{label}: {ratio:.6g}" for label, ratio in self.ratios.items())
         lines = [
             f"{self.name} at {self.address}",
-            f"  point           ({point}) mm, parameter {self.parameter:.9g}",
+            f"  point           {written(self.point)} mm, parameter {self.parameter:.9g}",
             f"  critical order  {self.critical_order:.12g}",
             f"  parametrisation {parts}",
         ]
@@ -67,7 +68,7 @@ class Behaviour:
             if found is None:
                 lines.append(f"  {which:<15} none: the curve {'starts' if which == 'left' else 'ends'} here")
                 continue
-            values = ", ".join(_number(value) for value in found.eigenvalues)
+            values = ", ".join(number(value) for value in found.eigenvalues)
             lines.append(f"  {which:<15} {found.status}: {found.words}")
             lines.append(f"{'':18}eigenvalues {values or 'none'} at {found.address}")
         if self.joint:
@@ -100,7 +101,7 @@ def behaviour(shape: Shape, address: str, parametrisation: Chosen = "natural") -
     return Behaviour(
         shape.name,
         str(where),
-        point @ own.control,
+        settled(point @ own.control, own.control),
         parameter(own, parts, where),
         solved_order(list(moduli.values())),
         parts,
@@ -124,7 +125,3 @@ def joint(left: HalfTangent | None, right: HalfTangent | None) -> str | None:
     if turn >= 180 - _SAME_ANGLE:
         return "cusp"
     return f"corner, turning by {turn:.6g} degrees"
-
-
-def _number(value: complex) -> str:
-    return f"{value.real:.6g}" if value.imag == 0 else f"{value.real:.6g}{value.imag:+.6g}i"

@@ -9,6 +9,7 @@ from jaxtyping import Float
 
 from fld.local import Local, repeated
 from fld.pieces import MOST, Pieces, largest
+from fld.wording import written
 
 _RANK = 1e-9
 _ANGLE = 1e-7  # radians: how tight the extreme angles are made
@@ -292,8 +293,3 @@ def _away(points: np.ndarray, axis: np.ndarray) -> np.ndarray:
     along = points @ axis
     across = np.linalg.norm(points - along[..., None] * axis, axis=-1)
     return np.arctan2(across, along)
-
-
-def written(vector: Float[np.ndarray, "dim"]) -> str:
-    """A vector to read."""
-    return "(" + ", ".join(f"{round(x, 9) + 0.0:.6g}" for x in vector) + ")"

@@ -7,7 +7,9 @@ import numpy as np
 from jaxtyping import Float
 
 from fld.error import NotACurve
+from fld.scale import require_scale
 from ifs import Box, Shape, bounds
+from ifs.asked import require_shape
 from ifs.system import Operator, System
 
 Column = Float[np.ndarray, "points"]
@@ -42,12 +44,15 @@ def curve(shape: Shape) -> Curve:
 
     Its boundary, in the order of the description, is its start and its end; the order of the pieces is
     read from the gluing, whatever their labels. Raises `NotACurve` when the boundary is not two points, when
-    a sub-cell is another cell, and when the sub-cells do not form a chain (or run backwards in it).
+    a sub-cell is another cell, and when the sub-cells do not form a chain (or run backwards in it);
+    `OutOfScale` for control points too large or too small to compute with.
 
     >>> import ifs
     >>> curve(ifs.shape("koch-curve")).labels
     ('0', '1', '2', '3')
     """
+    require_shape(shape)
+    require_scale(shape.control)
     state = shape.system.states[shape.system.shape]
     boundary = tuple(shape.automaton.cells[state.name].boundary.items())
     if len(boundary) != 2 or not all(shape.topology.is_point(border.cell) for _, border in boundary):

@@ -9,7 +9,7 @@ import numpy as np
 from jaxtyping import Float
 
 from fld.address import parse_address
-from fld.cone import Cone, Spiral, leading, period, written
+from fld.cone import Cone, Spiral, leading, period
 from fld.curve import curve, fixed_point
 from fld.local import Local, Side, repeated, sides
 from fld.monomials import is_power
@@ -17,6 +17,7 @@ from fld.parts import Chosen, chosen, parameter
 from fld.pieces import Pieces, largest
 from fld.sides import side
 from fld.tangent import HalfTangent, seen
+from fld.wording import written
 from ifs import Shape
 
 Status = Literal["value", "zero", "infinite", "oscillating", "spiralling", "undecided"]

@@ -1,5 +1,7 @@
 """Why a shape has no differential behaviour to report, with the numbers that show it."""
 
+LEAST, MOST = 1e-100, 1e100
+
 
 class NotACurve(ValueError):
     """The cell is no chain of copies of itself between two points; `reason` says what is missing."""
@@ -10,6 +12,20 @@ class NotACurve(ValueError):
         super().__init__(
             f"cell {cell!r} is no self-similar curve: {reason}. A curve has a boundary of two point cells, "
             f"and its sub-cells are that same cell, glued end to start along the curve."
+        )
+
+
+class OutOfScale(ValueError):
+    """Control points whose squares or cubes leave the range of doubles; `size` is that of their differences.
+
+    It is in mm, and lies outside `[LEAST, MOST]`.
+    """
+
+    def __init__(self, size: float):
+        self.size = size
+        super().__init__(
+            f"control points of size {size:.3g} mm cannot be computed with: sizes lie between {LEAST:g} and "
+            f"{MOST:g} mm. Give them in another unit: orders and directions do not depend on it."
         )
 
 

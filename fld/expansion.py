@@ -8,12 +8,12 @@ import numpy as np
 from jaxtyping import Inexact
 
 from fld.address import parse_address
-from fld.cone import written
 from fld.curve import curve
 from fld.local import Local, Side, sides
 from fld.monomials import is_power
 from fld.parts import Chosen, chosen
 from fld.spectrum import Part
+from fld.wording import power, written
 from ifs import Shape
 
 _SAME_ORDER = 1e-9
@@ -45,14 +45,15 @@ class Term:
     @property
     def words(self) -> str:
         """The term in words."""
-        log = {0: "", 1: " log(1/h)"}.get(self.power, f" log(1/h)^{self.power}")
         if np.iscomplexobj(self.vector):
             degrees = math.degrees(math.atan2(self.eigenvalue.imag, self.eigenvalue.real))
             size = float(np.linalg.norm(self.vector))
-            return f"{size:.6g} mm h^{self.order:.6g}{log}, turning by {abs(degrees):.6g} degrees a step"
+            return (
+                f"{size:.6g} mm {power(self.order, self.power)}, turning by {abs(degrees):.6g} degrees a step"
+            )
         sign = "± " if self.eigenvalue.real < 0 else ""
         held = "" if self.exact else " along the ends of pieces"
-        return f"{sign}{written(np.real(self.vector))} h^{self.order:.6g}{log}{held}"
+        return f"{sign}{written(np.real(self.vector))} {power(self.order, self.power)}{held}"
 
     def as_data(self) -> dict[str, Any]:
         """The same as plain lists and numbers; complex ones as `[real, imaginary]`."""

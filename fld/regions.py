@@ -20,6 +20,7 @@ from automata import Automaton
 from automata.topology import embedding as columns_of
 from fld.curve import curve
 from fld.ends import End, end, fixed_points, meeting
+from ifs.asked import shown
 from ifs.certificates.family import Family, family
 from ifs.certificates.verdicts import Verdicts, verdicts
 
@@ -116,6 +117,8 @@ def classify(
     >>> facts.joint.tolist(), facts.start_own.tolist()
     ([0, 2], [True, False])
     """
+    if not isinstance(whole, Family):
+        raise TypeError(f"expected a family of ifs.certificates.family, found {shown(whole)}")
     state = whole.shape.system.states[whole.shape.system.shape]
     chain = curve(whole.shape).labels
     operators = whole.members(places)[:, [state.labels.index(label) for label in chain]]

@@ -13,6 +13,7 @@ from fld.parts import Chosen, chosen
 from fld.surfaces.corners import patch_corner
 from fld.surfaces.vertices import Patches, patches
 from ifs import Complex, Mesh, Shape, draw, require_contraction
+from ifs.asked import require_whole
 from ifs.complex import refine_traced
 
 _MOST = 300_000
@@ -68,8 +69,8 @@ def roughness(
     >>> [round(order, 9) for order in koch.range], len(koch.orders)
     ([0.79248125, 0.79248125], 64)
     """
-    if depth < 1 or detail < 0:
-        raise ValueError(f"the depth is 1 or more and the detail 0 or more; found {depth} and {detail}")
+    require_whole("depth", depth, 1)
+    require_whole("detail", detail)
     if isinstance(source, Shape):
         require_contraction(source.system)
         try:

@@ -3,22 +3,19 @@
 import math
 from collections.abc import Mapping
 from dataclasses import dataclass
-from typing import Any, Literal
+from typing import Any
 
 import numpy as np
 from jaxtyping import Float
 
 from fld.address import Address
-from fld.cone import Cone, Spiral, cone, spiral, written
+from fld.cone import Cone, Spiral, cone, spiral
 from fld.curve import Curve, curve
 from fld.local import Local, Side, local
 from fld.order import dominant_moduli, ratios
 from fld.sides import side
+from fld.wording import Status, canonical, power, written
 from ifs import Shape
-
-Status = Literal[
-    "half-tangent", "undecided", "oscillates", "unoriented", "spiral", "several directions", "constant"
-]
 
 
 @dataclass(frozen=True)
@@ -164,10 +161,10 @@ def _single(found: Local, value: float) -> tuple[Status, Float[np.ndarray, "dim"
     row = rows[:1] @ found.directions.basis
     along = float(row[0] @ (found.far - found.points[0]))
     if value < 0:
-        return "unoriented", _canonical(vector), along
+        return "unoriented", canonical(vector), along
     sign = side(found.pieces(row))
     if sign == 0:
-        return "oscillates", _canonical(vector), along
+        return "oscillates", canonical(vector), along
     if sign is None:
         return "undecided", vector * (1 if along >= 0 else -1), along
     return "half-tangent", vector * sign, along
@@ -179,11 +176,6 @@ def _turns(found: Local) -> bool:
     plane = np.array([np.real(column), np.imag(column)]) @ found.directions.control
     sizes = np.linalg.svd(plane, compute_uv=False)
     return len(sizes) > 1 and bool(sizes[1] > 1e-9 * sizes[0])
-
-
-def _canonical(vector: Float[np.ndarray, "dim"]) -> Float[np.ndarray, "dim"]:
-    """A vector or its opposite: the one whose largest coordinate is positive."""
-    return vector * np.sign(vector[np.abs(vector).argmax()])
 
 
 def _words(
@@ -200,9 +192,7 @@ def _words(
     spectrum = found.spectrum
     vector = "" if direction is None else written(direction)
     value = found.eigenvalue(spectrum.values[0])
-    distance = f"h^{order:.6g}" + {1: "", 2: " log(1/h)"}.get(
-        spectrum.block, f" log(1/h)^{spectrum.block - 1}"
-    )
+    distance = power(order, spectrum.block - 1)
     if size is not None:
         distance = f"{size:.6g} mm {distance}"
     if status == "oscillates" and not vector:

@@ -9,13 +9,14 @@ from typing import Any, Literal
 import numpy as np
 from jaxtyping import Float
 
-from fld.cone import written
 from fld.curve import Curve, curve, fixed_point
 from fld.directions import differences
 from fld.local import Side
 from fld.order import dominant_moduli, solved_order
 from fld.parts import Chosen, chosen, starts
+from fld.wording import written
 from ifs import Shape
+from ifs.asked import require_whole
 
 Status = Literal["value", "zero", "infinite", "oscillating", "spiralling", "undecided"]
 
@@ -107,8 +108,9 @@ def watch(
         raise ValueError(f"the order of a derivative must be above 0 and finite; found {order}")
     if side not in ("left", "right"):
         raise ValueError(f"the side is 'left' or 'right'; found {side!r}")
-    if not 1 <= steps <= _MOST_STEPS:
-        raise ValueError(f"steps must lie between 1 and {_MOST_STEPS}; found {steps}")
+    require_whole("number of steps", steps, 1, _MOST_STEPS)
+    if not callable(labels) and not isinstance(labels, Iterable):
+        raise TypeError(f"labels are a word such as '0110', an iterator or a function; found {labels!r}")
     own = curve(shape)
     parts = chosen(own, parametrisation)
     q = solved_order(list(dominant_moduli(own).values())) if order is None else float(order)

@@ -10,6 +10,7 @@ from jaxtyping import Float, Int
 from automata.automaton import Word
 from automata.symmetry import Permutation
 from automata.topology import Topology
+from ifs.asked import require_whole
 from ifs.evaluate import subdivide
 from ifs.system import System
 
@@ -103,9 +104,8 @@ def refine_traced(complex_: Complex) -> tuple[Complex, Callable[[str, str, Ids],
 
 
 def refined(complex_: Complex, depth: int) -> Complex:
-    """`depth` subdivisions. Raises `ValueError` for a negative number of them."""
-    if depth < 0:
-        raise ValueError(f"the depth is 0 or more, found {depth}")
+    """`depth` subdivisions. Raises `ValueError` for what is no whole number of them."""
+    require_whole("depth", depth)
     for _ in range(depth):
         complex_ = refine(complex_)
     return complex_

@@ -6,6 +6,7 @@ from dataclasses import dataclass
 import numpy as np
 from jaxtyping import Bool, Float
 
+from ifs.asked import require_whole
 from ifs.certificates.bounds import Box, bounds, extent
 from ifs.certificates.convergence import require_contraction
 from ifs.system import System
@@ -76,10 +77,9 @@ def pieces(
         raise ValueError("control points must be finite numbers of millimetres")
     if (size is None) == (depth is None):
         raise ValueError("give either a size in millimetres or a depth")
-    if depth is not None and depth < 0:
-        raise ValueError(f"the depth must be 0 or more; got {depth}")
-    if chunk < 1:
-        raise ValueError(f"a chunk must hold 1 piece or more; got {chunk}")
+    if depth is not None:
+        require_whole("depth", depth)
+    require_whole("chunk", chunk, 1)
     if size is not None:
         least = _FINEST * float(np.abs(control).max())
         if not (np.isfinite(size) and size > 0 and size >= least):

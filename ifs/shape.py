@@ -46,11 +46,17 @@ def shape(
     `values` set parameters or entries over those of the description, which hold where they still
     are a choice; `control` replaces its control points. Raises `automata.AutomatonError` for a wrong
     description, `subdivision.Contradiction`, `subdivision.Undetermined` when parameters are left without
-    a value, and `ValueError` for control points of the wrong number or not finite.
+    a value, `ValueError` for control points of the wrong number or not finite, and
+    `TypeError` for another source.
 
     >>> shape("corner-cutting").control.shape
     (3, 2)
     """
+    if not isinstance(source, Automaton | str | PathLike):
+        raise TypeError(
+            f"a shape is made from an automaton, a file or a built-in name such as 'koch-curve'; "
+            f"found {source!r} ({type(source).__name__})"
+        )
     automaton = source if isinstance(source, Automaton) else automata.read(source)
     automaton = subdivision.overridden(automaton, values or {})
     solution = subdivision.solve(automaton)

@@ -9,6 +9,7 @@ from jaxtyping import Float, Int
 
 from automata.automaton import Word
 from automata.symmetry import inverse
+from ifs.asked import require_whole
 from ifs.complex import Complex, Ids, Seen
 from ifs.drawing import padded
 from ifs.mesh import Mesh
@@ -90,8 +91,7 @@ def stamped(complex_: Complex, depth: int, stencils: Stencils | None = None) -> 
     >>> found.located(5)
     ('edge', 0, ('1', '0', '1'))
     """
-    if not isinstance(depth, int | np.integer) or depth < 0:
-        raise ValueError(f"the depth is a whole number, 0 or more, found {depth!r}")
+    require_whole("depth", depth)
     stencils = stencils or Stencils(Templates(complex_.topology), complex_.system)
     templates = stencils.templates
     borders = {state: _borders(complex_, templates, state, depth) for state in complex_.control}

@@ -24,9 +24,9 @@ class State:
     operators: tuple[Operator, ...]
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class System:
-    """The states by name, and the one whose attractor is the shape."""
+    """The states by name, and the one whose attractor is the shape. Two systems are never equal."""
 
     shape: str
     states: Mapping[str, State]

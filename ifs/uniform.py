@@ -1,7 +1,6 @@
 """The mesh of a shape, or of any complex, after the same number of subdivisions everywhere."""
 
-import numpy as np
-
+from ifs.asked import require_shape, require_whole
 from ifs.complex import Complex, initial, refined
 from ifs.drawing import draw
 from ifs.mesh import Mesh
@@ -17,13 +16,15 @@ def mesh(shape: Shape, depth: int) -> Mesh:
 
     Its vertices are limit points, exact to rounding at any depth; neighbouring pieces share those that
     the automaton glues. A cell without boundary draws the box that bounds it, unless its `figure`
-    says otherwise; then pieces share nothing. Raises `ValueError` for a negative depth.
+    says otherwise; then pieces share nothing. Raises `ValueError` for a depth that is no whole
+    number from 0 to 64.
 
     >>> from ifs.shape import shape
     >>> curve = mesh(shape("corner-cutting"), 3)
     >>> curve.vertices.shape, curve.faces.shape
     ((9, 2), (8, 2))
     """
+    require_shape(shape)
     return uniform(initial(shape.topology, shape.system, shape.control), depth)
 
 
@@ -47,5 +48,4 @@ def uniform(complex_: Complex, depth: int, stencils: Stencils | None = None) -> 
 
 def require_depth(depth: int) -> None:
     """Raise `ValueError` for a depth that is no whole number from 0 to 64."""
-    if not isinstance(depth, int | np.integer) or not 0 <= depth <= DEEPEST:
-        raise ValueError(f"the depth is a whole number, 0 to {DEEPEST}, found {depth!r}")
+    require_whole("depth", depth, 0, DEEPEST)

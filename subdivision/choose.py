@@ -1,8 +1,9 @@
 """The choice of a member of a family by what it is to be like: eigenvalues, joints, signs, nearness."""
 
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from fractions import Fraction
+from itertools import accumulate, pairwise
 from typing import TYPE_CHECKING, Any
 
 from subdivision.error import WrongValue
@@ -11,7 +12,7 @@ from subdivision.requests import Nearest, Request
 from subdivision.solution import Solution
 
 if TYPE_CHECKING:
-    from subdivision.descent import Problem
+    from subdivision.descent import Jacobians, Problem
 
 TOLERANCE = 1e-12
 _SMALL = 1024
@@ -83,17 +84,19 @@ def choose(
     seed: int = 0,
     starts: int = 16,
     throw: bool = False,
+    report: Callable[[float], None] = lambda done: None,
 ) -> Choice:
     """The member of an affine family that meets all requests, and among those the nearest.
 
     The unknowns are the free parameters x and what the requests bring along (eigenvectors). From several
     start points, drawn with `seed`, Newton's method (Gauss-Newton with the shortest step) leads to the
-    conditions, optimistix's Levenberg-Marquardt where it fails, until residuals are below 1e-12. Steps along
+    conditions, scipy's Levenberg-Marquardt where it fails, until residuals are below 1e-12. Steps along
     the conditions then make the distance of the `Nearest` wishes least, after that the sum of squares of all
     entries of all operators (the flattest masks). The best point found is kept: a search, no proof.
     Values are then made exact, the operators computed anew from them by fractions, and every request
     evaluated on those by NumPy. When not all can be met together, requests are taken in their order,
-    each kept that can be met with those kept before it.
+    each kept that can be met with those kept before it; each costs a search of its own. `report` is told
+    which share of the work is done at most, from 0 to 1; what it raises ends the search.
 
     Raises `WrongValue` for requests that do not fit the automaton, and with `throw` `NotMet`.
     Source: Gentil 2010, section 4.3.1 (the conditions), chosen here numerically.
@@ -113,24 +116,32 @@ def choose(
         request.check(own)
     wishes = tuple(request for request in requests if isinstance(request, Nearest))
     conditions = tuple(request for request in requests if not isinstance(request, Nearest))
-    search = _Search(own, wishes, seed, starts)
-    found = search.best(conditions)
+    search = _Search(own, wishes, seed, starts, conditions)
+    share = 1 / (len(conditions) + 1)
+    found = search.best(conditions, lambda done: report(share * done))
     if not search.meets(conditions, found):
-        found = _in_order(search, conditions, found)
+        found = _in_order(search, conditions, found, lambda done: report(share + (1 - share) * done))
+    report(1.0)
     choice = search.choice(conditions, found)
     if throw and not choice.ok:
         raise NotMet(choice)
     return choice
 
 
-def _in_order(search: "_Search", conditions: Sequence[Request], found: Any) -> Any:
-    """The best member for the requests kept in their order; each costs a search of its own."""
+def _in_order(
+    search: "_Search", conditions: Sequence[Request], found: Any, report: Callable[[float], None]
+) -> Any:
+    """The best member for the requests kept in their order, when not all can be met."""
     if len(conditions) == 1:
         return found
     kept: tuple[Request, ...] = ()
     best = search.centre()
-    for request in conditions:
-        tried = search.best((*kept, request))
+    for number, request in enumerate(conditions):
+        if len(kept) == len(conditions) - 1:
+            break  # all of them together have failed already
+        tried = search.best(
+            (*kept, request), lambda done, number=number: report((number + done) / len(conditions))
+        )
         if search.meets((*kept, request), tried):
             kept, best = (*kept, request), tried
     return best
@@ -138,21 +149,25 @@ def _in_order(search: "_Search", conditions: Sequence[Request], found: Any) -> A
 
 @dataclass(frozen=True)
 class _Search:
-    """Searches in one family with the same wishes, seed and number of starts."""
+    """Searches in one family with the same wishes, seed and number of starts, for some of the requests.
+
+    The Jacobian of the `whole` is compiled once; those of its parts are parts of it.
+    """
 
     family: Family
     wishes: tuple[Nearest, ...]
     seed: int
     starts: int
+    whole: tuple[Request, ...]
     problems: dict[tuple[Request, ...], "Problem"] = field(default_factory=dict)
 
-    def best(self, conditions: tuple[Request, ...]) -> Any:
+    def best(self, conditions: tuple[Request, ...], report: Callable[[float], None]) -> Any:
         """The parameters x of the best member for some conditions."""
         from subdivision.descent import searched
 
         if not self.family.size:
             return self.centre()
-        found = searched(self.problem(conditions), self.first(conditions))
+        found = searched(self.problem(conditions), self.first(conditions), report)
         return found[0][: self.family.size] if found else self.centre()
 
     def centre(self) -> Any:
@@ -201,11 +216,9 @@ class _Search:
 
         size = self.family.size
         member = self.family.at(self.centre(), np)
-        places, end = [], size
-        for request in conditions:
-            count = len(request.guess(member, 0))
-            places.append(slice(end, end + count))
-            end += count
+        counts = [len(request.guess(member, 0)) for request in conditions]
+        places = _slices(counts, size)
+        end = size + sum(counts)
 
         def collected(name: str):
             def function(y, xp):
@@ -218,7 +231,36 @@ class _Search:
 
             return function
 
-        return Problem(collected("equations"), collected("margins"), list(self.levels(end)))
+        within = None if conditions == self.whole else self._within(conditions)
+        return Problem(collected("equations"), collected("margins"), list(self.levels(end)), within)
+
+    def _within(self, conditions: tuple[Request, ...]) -> "Jacobians":
+        """The rows and columns of some requests in what is compiled for all, whose other unknowns stay."""
+        import numpy as np
+
+        size, member = self.family.size, self.family.at(self.centre(), np)
+        guesses = [request.guess(member, 0) for request in self.whole]
+        base = np.concatenate([np.zeros(size), *guesses])
+        chosen, waiting = [], list(conditions)
+        for number, request in enumerate(self.whole):
+            if waiting and request == waiting[0]:
+                chosen.append(number)
+                del waiting[0]
+        rows = [
+            _gathered([len(f(member, z)) for f, z in zip(kind, guesses, strict=True)], chosen)
+            for kind in ([r.equations for r in self.whole], [r.margins for r in self.whole])
+        ]
+        columns = np.concatenate([np.arange(size), size + _gathered([len(z) for z in guesses], chosen)])
+        at = self.problem(self.whole).at
+
+        def part(y):
+            full = base.copy()
+            full[columns] = y
+            equations, jacobian, margins, slopes = at(full)
+            one, other = rows
+            return equations[one], jacobian[one][:, columns], margins[other], slopes[other][:, columns]
+
+        return part
 
     def meets(self, conditions: tuple[Request, ...], x: Any) -> bool:
         return all(outcome(self.family, request, x).met for request in conditions)
@@ -275,6 +317,19 @@ def _guesses(request: Request, member: Any) -> Iterator[tuple[float, Any]]:
         z = request.guess(member, start)
         worst = [0.0, *abs(request.equations(member, z)), *(-request.margins(member, z))]
         yield float(max(worst)) if np.isfinite(worst).all() else float("inf"), z
+
+
+def _slices(counts: Sequence[int], start: int) -> list[slice]:
+    ends = list(accumulate(counts, initial=start))
+    return [slice(a, b) for a, b in pairwise(ends)]
+
+
+def _gathered(counts: Sequence[int], chosen: Sequence[int]) -> Any:
+    """The places that the chosen of consecutive parts take."""
+    import numpy as np
+
+    parts = _slices(counts, 0)
+    return np.concatenate([np.arange(0), *(np.arange(parts[k].start, parts[k].stop) for k in chosen)])
 
 
 def _padded(matrix: Any, size: int) -> Any:

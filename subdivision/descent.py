@@ -15,6 +15,9 @@ Matrix = Float[np.ndarray, "_ _"]
 Wish = tuple[Matrix, Vector]
 """A and b of a distance `|A y - b|` that is to be small."""
 
+Jacobians = Callable[[Vector], tuple[Vector, Matrix, Vector, Matrix]]
+"""Equations and margins at a point, each with its Jacobian."""
+
 TOLERANCE = 1e-12
 _PULLS = (1e-2, 1e-5)
 _RANK = 1e-7
@@ -27,16 +30,19 @@ _QUICKLY = {"xla_backend_optimization_level": 0, "xla_llvm_disable_expensive_pas
 @dataclass(frozen=True)
 class Problem:
     """`equations(y, xp) = 0`, `margins(y, xp) >= 0`, and wishes: of all such y the first wish decides, then
-    the second. `xp` is numpy or jax.numpy.
+    the second. `xp` is numpy or jax.numpy. `within` does what `at` does, where more is compiled already.
     """
 
     equations: Callable[[Array, Any], Array]
     margins: Callable[[Array, Any], Array]
     wishes: Sequence[Wish]
+    within: Jacobians | None = None
 
     @cached_property
-    def at(self) -> Callable[[Vector], tuple[Vector, Matrix, Vector, Matrix]]:
+    def at(self) -> Jacobians:
         """Equations and margins at y, each with its Jacobian."""
+        if self.within is not None:
+            return self.within
         import jax
         import jax.numpy as jnp
 
@@ -67,18 +73,28 @@ def violation(problem: Problem, y: Vector) -> float:
     return float(max(worst)) if np.isfinite(worst).all() else float("inf")
 
 
-def searched(problem: Problem, starts: Float[np.ndarray, "starts unknowns"]) -> list[Vector]:
+def searched(
+    problem: Problem,
+    starts: Float[np.ndarray, "starts unknowns"],
+    report: Callable[[float], None] = lambda done: None,
+) -> list[Vector]:
     """Points that meet the conditions, or come near, best first: by misses, then by the wishes in turn.
 
-    Gauss-Newton leads there from most starts, where a solution exists. Where it does from none,
-    optimistix's Levenberg-Marquardt makes the sum of squares of residuals, missed margins and weakly
-    weighted wishes least from every start. All points that meet the conditions are then `settled`.
+    Gauss-Newton leads there from most starts, where a solution exists. Where it does from none, scipy's
+    trust-region method (a Levenberg-Marquardt) makes the sum of squares of residuals, missed margins and
+    weakly weighted wishes least from every start. All points that meet the conditions are then `settled`.
+    `report` is told which share of both is done.
     """
     if starts.shape[1] == 0:
         return [starts[0]]
-    found = [_onto(problem, y) for y in starts]
+    found = []
+    for done, y in enumerate(starts):
+        report(done / len(starts) / 2)
+        found.append(_onto(problem, y))
     if all(violation(problem, y) > TOLERANCE for y in found):
-        found += [_onto(problem, y) for y in _descended(problem, starts) if np.isfinite(y).all()]
+        for done, y in enumerate(_descended(problem, list(starts)), 1):
+            report((1 + done / len(starts)) / 2)
+            found.append(_onto(problem, y))
     found.sort(key=lambda y: _rating(problem, y))
     return sorted((settled(problem, y) for y in found), key=lambda y: _rating(problem, y))
 
@@ -89,38 +105,36 @@ def _rating(problem: Problem, y: Vector) -> list[float]:
     return [round(missed, 12), *(round(d, 9) for d in problem.distances(y)), *y.round(9)]
 
 
-def _descended(problem: Problem, starts: Float[np.ndarray, "starts unknowns"]) -> Matrix:
-    import jax
-    import jax.numpy as jnp
-    import optimistix
+def _descended(problem: Problem, starts: Sequence[Vector]) -> Iterator[Vector]:
+    """The least sum of squares from each start, first with a stronger and then with a weaker pull."""
+    from scipy.optimize import least_squares
 
-    def residuals(y, pull):
-        missed = jnp.maximum(-problem.margins(y, jnp), 0)
-        wishes = [pull * 10.0**-k * (matrix @ y - right) for k, (matrix, right) in enumerate(problem.wishes)]
-        return jnp.concatenate([problem.equations(y, jnp), missed, *wishes, jnp.zeros(1)])
+    weights = [10.0**-k for k in range(len(problem.wishes))]
 
-    solver = optimistix.LevenbergMarquardt(rtol=1e-10, atol=1e-12)
+    def parts(y: Vector, pull: float) -> tuple[Vector, Matrix]:
+        equations, jacobian, margins, slopes = problem.at(y)
+        rows = [(equations, jacobian), (np.maximum(-margins, 0), -slopes * (margins < 0)[:, None])]
+        rows += [
+            (pull * w * (matrix @ y - right), pull * w * matrix)
+            for w, (matrix, right) in zip(weights, problem.wishes, strict=True)
+        ]
+        values, tables = zip(*rows, strict=True)
+        return np.concatenate([*values, np.zeros(1)]), np.vstack([*tables, np.zeros((1, len(y)))])
 
-    def descend(y, pull):
-        found = optimistix.least_squares(
-            residuals,
-            solver,
-            y,
-            args=pull,
-            max_steps=_STEPS,
-            adjoint=optimistix.ImplicitAdjoint(),
-            throw=False,
-        )
-        return found.value
-
-    with jax.enable_x64(True), jax.default_device(jax.devices("cpu")[0]):
-        compiled = jax.jit(descend, compiler_options=_QUICKLY)
-        found = []
-        for y in starts:
-            for pull in _PULLS:
-                y = compiled(y, pull)
-            found.append(np.asarray(y))
-        return np.array(found)
+    for y in starts:
+        for pull in _PULLS:
+            if np.isfinite(np.concatenate([part.ravel() for part in parts(y, pull)])).all():
+                y = least_squares(
+                    lambda at, pull: parts(at, pull)[0],
+                    y,
+                    jac=lambda at, pull: np.nan_to_num(parts(at, pull)[1]),  # type: ignore
+                    ftol=1e-10,
+                    xtol=1e-12,
+                    gtol=1e-14,
+                    max_nfev=_STEPS,
+                    args=(pull,),
+                ).x
+        yield y
 
 
 def settled(problem: Problem, y: Vector) -> Vector:

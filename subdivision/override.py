@@ -7,8 +7,7 @@ from fractions import Fraction
 from automata import Automaton
 from automata.expression import Expression
 from subdivision.error import WrongValue
-from subdivision.solution import Given, exact_values
-from subdivision.solve import solve
+from subdivision.solution import Given, exact_values, solve
 
 
 def overridden(automaton: Automaton, given: Mapping[str, Given]) -> Automaton:

@@ -9,28 +9,18 @@ from automata import Automaton, AutomatonError
 from automata.document import suggestion
 from automata.expression import Expression, substitute
 from automata.parameters import parameter_names
+from subdivision.affine import Forms, Parameter, affine
 from subdivision.coefficients import Scalar, exact, names_of, open_parameters, reader, simple, text_of
 from subdivision.elimination import Inconsistent, LinearSystem
 from subdivision.error import Undetermined, WrongValue
 from subdivision.form import CONSTANT, Form
-from subdivision.unknowns import Entry
 
 Exact = tuple[tuple[Fraction, ...], ...]
-Forms = tuple[tuple[Form, ...], ...]
 
 _ENTRY = re.compile(r"(.+)\.([^.\[\]]+)\[(\d{1,9}),\s*(\d{1,9})\]")
 
-
 Given = Fraction | int | float | str | Expression
 """A value as users give it."""
-
-
-@dataclass(frozen=True)
-class Parameter:
-    """A degree of freedom: the name it goes by, and the entry whose value it is."""
-
-    name: str
-    entry: Entry
 
 
 @dataclass(frozen=True)
@@ -111,8 +101,6 @@ class Solution:
 
     def _described(self, named: Mapping[str, Fraction | Expression]) -> "Solution":
         """The family of the description with other values of its own parameters."""
-        from subdivision.solve import solve  # it makes Solutions
-
         numbers = {}
         for key, value in named.items():
             if not isinstance(value, Fraction):
@@ -187,6 +175,28 @@ class Solution:
             return f"no sub-cell {label!r}{suggestion(label, self.operators[cell])}"
         rows = self.operators[cell][label]
         return f"the matrix is {len(rows)} by {len(rows[0])}, counted from 0"
+
+
+def solve(automaton: Automaton) -> Solution:
+    """All operators that satisfy the constraints, with free parameters that are entries of matrices.
+
+    The unknowns are the entries of every subdivision operator; the equations are the stated incidences
+    and adjacencies, those that the symmetries imply, the given entries, and `sum of each column = 1`.
+    All are linear, so the solutions form an affine family, found in exact arithmetic: over the rationals, or
+    over rational functions in the parameters that have no value. Embeddings may be unknown as well: equations
+    that multiply unknowns wait until the linear ones have settled enough of them. Cells that gluing forces
+    to be one are one; `Solution.notes` says so, and the operators are listed under all names.
+
+    Raises `Contradiction` with a least conflicting subset, `NotLinear` where products of unknowns stay,
+    `TooMuchWork` for a system too dense to solve, and `AutomatonError` for cells that cannot be one.
+    Source: Gentil 2010, §4.3.1.
+
+    >>> import automata
+    >>> [str(p.entry) for p in solve(automata.read("corner-cutting")).parameters]
+    ['edge.0[1,0]', 'edge.0[0,1]']
+    """
+    found = affine(automaton)
+    return Solution(found.automaton, found.parameters, found.operators, {}, found.notes)
 
 
 def exact_values(given: Mapping[str, Given]) -> dict[str, Fraction | Expression]:

@@ -162,6 +162,20 @@ def test_clipping_keeps_what_is_inside():
     assert clipped(zigzag + 10, np.zeros(2), np.ones(2)) == []
 
 
+def test_an_address_of_a_patch_says_which_corner_it_is(run):
+    assert "at @ 0: corner 0 of the whole" in run("fld", "catmull-clark-patch", "0")[1]
+    assert "at 0 @ 2: corner 2 of the piece 0" in run("fld", "catmull-clark-patch", "0 @ 2")[1]
+
+
+def test_points_have_no_rounding_beside_the_size_of_the_curve(run):
+    for name, x in (("koch-curve", 90), ("takagi-curve", 80)):
+        point = json.loads(run("fld", name, "3" if x == 90 else "1", "--json")[1])["point"]
+        assert point[0] == pytest.approx(x)
+        assert point[1] == 0.0
+    at = json.loads(run("fld", "koch-curve", "1 2", "--json")[1])["point"]
+    assert at[1] != 0.0
+
+
 def test_a_vertex_of_a_patch(run):
     found = json.loads(run("fld", "catmull-clark-patch", "0 @ 2", "--json")[1])
     assert set(found) == {"kind", "name", "address", "point", "joint", "normal", "turn", "corners", "words"}
@@ -193,11 +207,21 @@ def test_a_point_of_a_product_of_curves(run):
         (("koch-curve", "0", "--parametrisation", "1,2"), "4 parts of sum 1"),
         (("koch-curve", "0", "--parametrisation", "1,1,1,1"), "between 0 and 1"),
         (("koch-curve", "0", "--parametrisation", "a,b,c,d"), "found the name 'a'"),
+        (
+            ("corner-cutting", "0", "--parametrisation", "1/0,1/2"),
+            "'1/0', the part of piece '0': division by",
+        ),
+        (
+            ("corner-cutting", "0", "--parametrisation", "1/2,3/2"),
+            "'3/2', the part of piece '1': it is not be",
+        ),
         (("koch-curve", "0", "--order", "0"), "above 0 and finite"),
         (("menger-sponge", "0"), "no self-similar curve"),
         (("sierpinski-triangle", "0"), "no self-similar curve"),
         (("nonuniform-quadratic-spline", "0"), "sub-cell '0' is a 'uvv'"),
         (("catmull-clark-patch", "7"), "unknown label '7'"),
+        (("catmull-clark-patch", "7"), "a patch is looked at in a corner of a piece: '0' or '1 (2)*' is"),
+        (("catmull-clark-patch", ""), "'1 2 @ 3' is corner 3 of the piece 1 2"),
         (("catmull-clark-patch", "0 @ 7"), "a number from 0 to 3"),
         (("catmull-clark-patch", "(0 3)*"), "is no corner of a piece"),
         (("catmull-clark-patch", "0 1 2 3 0 1 @ 0"), "6 subdivisions deep"),

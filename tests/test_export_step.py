@@ -1,5 +1,8 @@
 """Surfaces as STEP: exact faces against scipy's splines, solids against fine meshes and their own files."""
 
+import os
+import signal
+import threading
 from fractions import Fraction
 from itertools import pairwise
 
@@ -8,10 +11,11 @@ import pytest
 
 import ifs
 from export.step import step_report, to_build123d, write_step
-from export.step.error import InsideOut, NotPolynomial, TooManyFaces, WrongShell
+from export.step.error import InsideOut, NotPolynomial, TooManyFaces, WrongEnding, WrongShell
 from export.step.fit import surfaces
 from export.step.joints import joined
 from export.step.leaves import leaves
+from export.step.loading import undisturbed
 from export.step.polynomial import Limits, bernstein, elevation, polynomial_edges, polynomial_faces
 from subdivision.schemes import b_spline, bezier
 from subdivision.schemes.tensor import tensor
@@ -370,3 +374,45 @@ def test_same_input_gives_same_bytes(tmp_path):
         write_step(ifs.surface(CORNERS, CUBE), tmp_path / name, tolerance=0.1)
     assert (tmp_path / "a.step").read_bytes() == (tmp_path / "b.step").read_bytes()
     assert [path.name for path in sorted(tmp_path.iterdir())] == ["a.step", "b.step"]
+
+
+@pytest.mark.parametrize("name", ["part.stl", "part", "part.step.3mf", ".step"])
+def test_other_endings_are_refused_before_the_work(tmp_path, name):
+    with pytest.raises(WrongEnding, match=r"end in \.step or \.stp"):
+        write_step(ifs.surface(CORNERS, CUBE), tmp_path / name, tolerance=-1.0)
+    assert not list(tmp_path.iterdir())
+    with pytest.raises(ValueError, match="the tolerance"):
+        write_step(ifs.surface(CORNERS, CUBE), tmp_path / "part.STP", tolerance=-1.0)
+
+
+def test_an_interrupt_waits_for_the_end_of_the_block():
+    done = []
+
+    def work():
+        with undisturbed():
+            os.kill(os.getpid(), signal.SIGINT)
+            done.extend(range(1000))
+        done.append("never")
+
+    with pytest.raises(KeyboardInterrupt):
+        work()
+    assert done == list(range(1000))
+    assert signal.getsignal(signal.SIGINT) == signal.default_int_handler
+
+
+def test_other_threads_and_handlers_are_left_alone():
+    def inside():
+        with undisturbed():
+            found.append(signal.getsignal(signal.SIGINT))
+
+    found = []
+    thread = threading.Thread(target=inside)
+    thread.start()
+    thread.join()
+    assert found == [signal.default_int_handler]
+    signal.signal(signal.SIGINT, signal.SIG_IGN)
+    try:
+        inside()
+    finally:
+        signal.signal(signal.SIGINT, signal.default_int_handler)
+    assert found[1] == signal.SIG_IGN

@@ -102,5 +102,5 @@ def test_wrong_input_is_named():
         fld.watch(shape, cycle("0"), 0.0)
     with pytest.raises(ValueError, match="'left' or 'right'"):
         fld.watch(shape, cycle("0"), side="up")
-    with pytest.raises(ValueError, match="between 1 and 100000"):
+    with pytest.raises(ValueError, match="1 to 100000"):
         fld.watch(shape, cycle("0"), steps=0)

@@ -124,6 +124,24 @@ def test_wishes_without_sense_are_named(wishes, message):
         fit_behaviour("corner-cutting", **wishes)
 
 
+def test_progress_rises_to_the_end_and_can_stop_the_search():
+    told = []
+    with pytest.raises(OutOfReach):
+        fit_behaviour("corner-cutting", order=3.0, fixed={A: "1/4"}, starts=1, report=told.append)
+    assert told == sorted(told)
+    assert (told[0], told[-1]) == (0.0, 1.0)
+    assert len(told) >= 5  # by two methods, for all requests and then for the first one alone
+
+    class Enough(Exception):
+        pass
+
+    def stop(done):
+        raise Enough
+
+    with pytest.raises(Enough):
+        fit_behaviour("corner-cutting", order=3.0, report=stop)
+
+
 def test_a_shape_that_is_no_curve():
     with pytest.raises(fld.NotACurve):
         fit_behaviour("sierpinski-triangle", order=1.0)
@@ -181,7 +199,7 @@ def test_roughness_refuses_what_it_cannot_map():
         roughness(ifs.shape("menger-sponge"))
     with pytest.raises(TooManyPieces, match="smaller depth"):
         roughness(ifs.shape("koch-curve"), 12)
-    with pytest.raises(ValueError, match="depth is 1 or more"):
+    with pytest.raises(ValueError, match="depth is a whole number, 1 or more"):
         roughness(ifs.shape("koch-curve"), 0)
     with pytest.raises(ValueError, match="for curves"):
         roughness(ifs.shape("fractal-patch"), 2, "uniform")

@@ -320,8 +320,8 @@ def test_wrong_requests_are_refused_at_the_call():
         ({"size": 1.0, "depth": 2}, "either a size"),
         ({"size": 0.0}, "above 0"),
         ({"size": 1e-13}, "above 0"),
-        ({"depth": -1}, "depth must be 0"),
-        ({"depth": 1, "chunk": 0}, "1 piece or more"),
+        ({"depth": -1}, "depth is a whole number, 0 or more"),
+        ({"depth": 1, "chunk": 0}, "chunk is a whole number, 1 or more"),
     ]:
         with pytest.raises(ValueError, match=message):
             pieces(sierpinski(), control, **arguments)

@@ -10,7 +10,7 @@ from hypothesis import strategies as st
 import automata
 import subdivision
 from subdivision import WrongValue
-from subdivision.choose import NotMet, choose
+from subdivision.choose import NotMet, _Search, choose
 from subdivision.descent import freedom, in_turn
 from subdivision.eigen import left_vector, rest, schur_vectors
 from subdivision.joint import End, smooth_joints
@@ -210,3 +210,17 @@ def test_levels_and_freedom():
     assert np.allclose(step, [2.5, -0.5, 7])
     # x + z = 0 and x - y = 0: with z eliminated one of (x, y) is free.
     assert freedom(np.array([[1.0, 0, 1], [1, -1, 0]]), 2) == 1
+
+
+def test_what_is_compiled_for_all_requests_serves_some_of_them():
+    own = family(subdivision.solve(automata.read("corner-cutting")))
+    half, quarter = (Eigenvalue("edge", ("0",), Fraction(1, k)) for k in (2, 4))
+    other = Eigenvalue("edge", ("1",), Fraction(1, 3), 1, True)
+    search = _Search(own, (), 0, 1, (half, other, quarter))
+    for some in ((other,), (half, quarter)):
+        y = search.first(some)[0] + 0.01
+        part, alone = search.problem(some), _Search(own, (), 0, 1, some).problem(some)
+        assert part.within is not None
+        assert alone.within is None
+        for found, expected in zip(part.at(y), alone.at(y), strict=True):
+            assert np.allclose(found, expected, atol=1e-12)

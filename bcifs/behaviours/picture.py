@@ -14,6 +14,7 @@ from bcifs.paint import Sheet, width_of
 from bcifs.palette import INK, PAPER
 from bcifs.png import write_png
 from bcifs.recipe import recipe
+from fld.wording import written
 from ifs import Shape
 
 ENDINGS = (".png", ".svg")
@@ -126,10 +127,9 @@ def _scale(sheet: Sheet | SvgSheet, panel: Panel) -> None:
 def _columns(found: Report) -> list[Words]:
     """What stands below the panels: the point, its left side, its right side; lines with their colours."""
     at = found.behaviour
-    point = ", ".join(f"{round(x, 9) + 0.0:.6g}" for x in at.point)
     parts = ", ".join(f"{ratio:.4g}" for ratio in at.ratios.values())
     facts = [
-        f"point ({point}) mm, parameter {at.parameter:.6g}",
+        f"point {written(at.point)} mm, parameter {at.parameter:.6g}",
         f"twin {found.twin}" if found.twin else "",
         f"critical order {at.critical_order:.9g}",
         f"local exponent {exponent(found.orders.holder)}",

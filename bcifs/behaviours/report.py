@@ -2,6 +2,7 @@
 
 import math
 from dataclasses import dataclass
+from fractions import Fraction
 from typing import Any
 
 from automata.expression import ExpressionError, number
@@ -14,6 +15,8 @@ from fld.expansion import Expansion, expansions
 from fld.exponent import Orders, orders
 from fld.parts import Chosen, parameter
 from fld.tangent import HalfTangent
+from fld.wording import number as eigenvalue
+from fld.wording import written
 from ifs import Shape
 
 _SIDES = ("left", "right")
@@ -69,10 +72,9 @@ class Report:
     def as_text(self) -> str:
         """The same as lines to read."""
         found = self.behaviour
-        point = ", ".join(f"{round(x, 9) + 0.0:.6g}" for x in found.point)
         parts = ", ".join(f"{label}: {ratio:.6g}" for label, ratio in found.ratios.items())
         rows = [
-            ("point", f"({point}) mm, parameter {found.parameter:.9g}"),
+            ("point", f"{written(found.point)} mm, parameter {found.parameter:.9g}"),
             ("twin", f"{self.twin}, the same point" if self.twin else ""),
             ("critical order", f"{found.critical_order:.12g}"),
             ("parametrisation", parts),
@@ -83,7 +85,7 @@ class Report:
                 ends = "starts" if side == "left" else "ends"
                 rows.append((side, f"none: the curve {ends} here"))
                 continue
-            values = ", ".join(map(value_text, tangent.eigenvalues)) or "none"
+            values = ", ".join(map(eigenvalue, tangent.eigenvalues)) or "none"
             rows += [
                 (side, f"{tangent.status}: {tangent.words}"),
                 ("  derivative", slope.words.removesuffix(f": {tangent.words}")),
@@ -133,17 +135,24 @@ def parse_parts(text: str, own: Curve) -> Chosen:
             f"--parametrisation {text}: expected natural, uniform, or {len(own.labels)} parts of sum 1, one "
             f"for each of the pieces {', '.join(own.labels)}"
         )
+    return {label: _part(text, label, part) for label, part in zip(own.labels, found, strict=True)}
+
+
+def _part(text: str, label: str, part: str) -> Fraction:
     try:
-        return {label: number(part) for label, part in zip(own.labels, found, strict=True)}
+        found = number(part)
     except ExpressionError as error:
-        raise WrongParts(f"--parametrisation {text}: {error}") from None
+        said = str(error)
+    else:
+        if 0 < found < 1:
+            return found
+        said = "it is not between 0 and 1"
+    raise WrongParts(
+        f"--parametrisation {text}: {part!r}, the part of piece {label!r}: {said}; give numbers between 0 "
+        f"and 1, such as 1/4, whose sum is 1"
+    )
 
 
 def exponent(value: float) -> str:
     """An order to read."""
     return "infinite: a polynomial here" if value == float("inf") else f"{value:.12g}"
-
-
-def value_text(value: complex) -> str:
-    """An eigenvalue to read."""
-    return f"{value.real:.6g}" if value.imag == 0 else f"{value.real:.6g}{value.imag:+.6g}i"

@@ -6,12 +6,17 @@ import numpy as np
 
 from fld.surfaces import Patches, patches, product, product_point, quarters, vertex
 from fld.surfaces.products import SIDES
+from fld.wording import written
 from ifs import Shape
 from ifs.complex import refine_traced
 from ifs.orbits.addresses import Address, parse_address, path_of, vertex_address
 
 _DEEPEST = 5
 _MARK = "@"
+_READ = (
+    "a patch is looked at in a corner of a piece: '0' or '1 (2)*' is the address of its point, '1 2 @ 3' is "
+    "corner 3 of the piece 1 2, '@ 0' corner 0 of the whole"
+)
 
 
 class NoCorner(ValueError):
@@ -24,14 +29,17 @@ def patch_data(shape: Shape, address: str) -> dict[str, Any]:
     The address is that of a point which is a corner of a piece, `"0"` or `"1 (2)*"`, or names the corner:
     `"1 2 @ 3"` is corner 3 of the piece 1 2, in the order of `ifs.draw`, `"@ 0"` one of the whole.
 
-    Raises `NoCorner`, `ifs.UnknownLabel`, and what `fld.surfaces.patches` raises.
+    Raises `NoCorner`, and what `fld.surfaces.patches` raises.
 
     >>> import ifs
     >>> patch_data(ifs.shape("catmull-clark-patch"), "0 @ 2")["joint"]
     'smooth'
     """
     surface = patches(shape)
-    word, corner = _corner(shape, surface, address)
+    try:
+        word, corner = _corner(shape, surface, address)
+    except ValueError as error:
+        raise NoCorner(f"{error}; {_READ}") from None
     complex_, cell, number = surface.complex, shape.system.shape, 0
     for label in word:
         complex_, numbers = refine_traced(complex_)
@@ -49,14 +57,16 @@ def patch_text(found: dict[str, Any]) -> str:
     joint = found["joint"] or "none: a tangent plane is missing"
     rows = [("point", _point(found["point"])), ("joint", joint)]
     if found["normal"] is not None:
-        rows.append(("normal", _vector(found["normal"])))
+        rows.append(("normal", written(np.array(found["normal"]))))
     if found["turn"]:
         rows.append(("turn", f"{found['turn']:.6g} degrees between normals"))
     for corner in found["corners"]:
         rows.append((f"{corner['cell']} {corner['piece']}, corner {corner['corner']}", corner["words"]))
         for name, side in zip(("to the next", "to the one before"), corner["sides"], strict=True):
             rows.append((f"  edge {name}", side["words"]))
-    return _lines(f"{found['name']} at {found['address']}", rows)
+    word, corner = (part.strip() for part in found["address"].split(_MARK))
+    where = f"corner {corner} of {f'the piece {word}' if word else 'the whole'}"
+    return _lines(f"{found['name']} at {found['address']}: {where}", rows)
 
 
 def _corner(shape: Shape, surface: Patches, address: str) -> tuple[tuple[str, ...], int]:
@@ -71,10 +81,7 @@ def _corner(shape: Shape, surface: Patches, address: str) -> tuple[tuple[str, ..
             if where.after(place) == vertex_address(shape, cell, corner):
                 return _shallow(tuple(where.label(k) for k in range(place))), number
         cell = shape.automaton.cells[cell].subdivision[where.label(place)]
-    raise NoCorner(
-        f"the point {where} is no corner of a piece, and a patch is looked at in corners: end the address "
-        f"with the corner of a piece, as in '{' '.join((*where.word[:_DEEPEST], _MARK))} 0'"
-    )
+    raise NoCorner(f"the point {where} is no corner of a piece")
 
 
 def _marked(shape: Shape, surface: Patches, address: str) -> tuple[tuple[str, ...], int]:
@@ -162,11 +169,7 @@ def is_patch(shape: Shape) -> bool:
 
 
 def _point(point: list[float]) -> str:
-    return f"{_vector(point)} mm"
-
-
-def _vector(numbers: list[float]) -> str:
-    return "(" + ", ".join(f"{round(x, 9) + 0.0:.6g}" for x in numbers) + ")"
+    return f"{written(np.array(point))} mm"
 
 
 def _lines(title: str, rows: list[tuple[str, str]]) -> str:

@@ -1,5 +1,18 @@
 """What cannot leave as STEP, said with its numbers and with what to do instead."""
 
+ENDINGS = (".step", ".stp")
+
+
+class WrongEnding(ValueError):
+    """A file name that does not end as STEP files do."""
+
+    def __init__(self, path: str):
+        self.path = path
+        super().__init__(
+            f"{path}: STEP files end in .step or .stp. For 3MF, STL and others see export.write_part or "
+            "bcifs mesh, which choose the format by the ending"
+        )
+
 
 class NotPolynomial(ValueError):
     """A cell whose limit is no polynomial surface, nor one away from finitely many points.

@@ -117,7 +117,7 @@ def _fit(limits: Limits, cell: str, edges: Edges, exact: Mapping[str, Grid]) -> 
     control = np.zeros((len(target), degree + 1, degree + 1))
     known = np.zeros((degree + 1, degree + 1), dtype=bool)
     for i, side in enumerate(limits.quads[cell].sides):
-        curve = embedding_matrix(limits.topology, cell, (side.label,)) @ edges[side.edge]
+        curve = embedding_matrix(limits.topology, cell, (side.label,)) @ edges[side.cell]
         _along(control, i, 0)[:] = curve if side.forward else curve[:, ::-1]
         _along(known, i, 0)[:] = True
     for i in range(4):

@@ -121,17 +121,17 @@ def _sides(complex_: Complex, found: Surfaces, cell: str, numbers: Mapping[str, 
     topology = complex_.topology
     columns, directions = [], []
     for side in found.limits.quads[cell].sides:
-        ends = found.limits.segments[side.edge].ends
-        coincident = topology.coincident(side.edge)
+        ends = found.limits.segments[side.cell].ends
+        coincident = topology.coincident(side.cell)
         first = coincident[ends[0]][0]
         same = np.array(
             [
-                coincident[topology.groups.normal(side.edge, ends[0], element)[0]][0] == first
-                for element in topology.groups.elements[side.edge]
+                coincident[topology.groups.normal(side.cell, ends[0], element)[0]][0] == first
+                for element in topology.groups.elements[side.cell]
             ]
         )
         seen = complex_.boundary[cell][side.label].take(np.arange(len(complex_.control[cell])))
-        columns.append(numbers[side.edge][seen.ids])
+        columns.append(numbers[side.cell][seen.ids])
         directions.append(same[seen.turn] == side.forward)
     return np.stack(columns, axis=1), np.stack(directions, axis=1)
 

@@ -12,18 +12,21 @@ limit is then the polynomial itself: both are fixed by the same contraction. Edg
 from collections.abc import Mapping
 from functools import cache
 from math import comb, cos, pi
+from typing import TypeVar
 
 import numpy as np
 from jaxtyping import Float
 
 from automata.automaton import Word
 from automata.topology import Topology, embedding
-from export.step.frames import QuadFrame, SegmentFrame, quad_frame, segment_frame
+from export.step.frames import QuadFrame, SegmentFrame, halved_frames
 from ifs.certificates.bounds import sample
 from ifs.system import State, System
 
 Grid = Float[np.ndarray, "_points _u _v"]
 Row = Float[np.ndarray, "_points _u"]
+
+Kept = TypeVar("Kept", QuadFrame, SegmentFrame)
 
 ROUNDING = 1e-10
 
@@ -39,8 +42,9 @@ class Limits:
         self.topology = topology
         self.system = system
         cells = [name for name in system.states if not topology.is_point(name)]
-        self.quads = _framed({name: quad_frame(topology, name) for name in cells}, system)
-        self.segments = _framed({name: segment_frame(topology, name) for name in cells}, system)
+        quads, segments = halved_frames(topology, cells)
+        self.quads = _closed_under(quads, system)
+        self.segments = _closed_under(segments, system)
         self._sample = sample(system)
         self._known: dict[tuple[str, int], np.ndarray] = {}
 
@@ -164,9 +168,9 @@ def embedding_matrix(
     return result
 
 
-def _framed(frames, system: System) -> dict:
-    """The cells whose descendants all have frames."""
-    kept = {name: frame for name, frame in frames.items() if frame is not None}
+def _closed_under(frames: Mapping[str, Kept], system: System) -> dict[str, Kept]:
+    """The cells whose descendants all have frames of the kind."""
+    kept = dict(frames)
     while True:
         lost = [name for name in kept if not all(t in kept for t in system.states[name].targets)]
         if not lost:

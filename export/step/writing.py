@@ -9,10 +9,12 @@ from typing import Any
 import numpy as np
 
 from export.formats.atomic import whole_file
+from export.step.error import ENDINGS, WrongEnding
 from export.step.facets import facet_leaves
 from export.step.fit import surfaces
 from export.step.joints import Sheet, joined
 from export.step.leaves import leaves
+from export.step.loading import load
 from export.step.polynomial import Limits
 from export.step.solids import is_valid, solid_or_shell, volume
 from ifs.complex import Complex, initial
@@ -66,8 +68,8 @@ def write_step(
     arguments give the same bytes, and the file appears whole or not at all.
 
     Raises `NotPolynomial` for fractal surfaces and for curves, `TooManyFaces`, `WrongShell` where faces do
-    not form an oriented surface, `InsideOut`, `ValueError` for a tolerance that is not positive, and
-    `OSError` where the file cannot be written.
+    not form an oriented surface, `InsideOut`, `WrongEnding` for a name that ends in neither .step nor .stp,
+    `ValueError` for a tolerance that is not positive, and `OSError` where the file cannot be written.
 
     >>> import ifs, tempfile
     >>> place = Path(tempfile.mkdtemp()) / "patch.step"
@@ -75,7 +77,9 @@ def write_step(
     >>> report.faces, report.exact, report.closed, report.valid
     (1, 1, False, True)
     """
+    _require_ending(path)
     sheet, error, level = _sheet(source, tolerance, facets, depth)
+    load()
     shape = solid_or_shell(sheet)
     report = _report(sheet, error, level, shape)
     with tempfile.TemporaryDirectory() as folder:
@@ -90,6 +94,7 @@ def write_step(
 def step_report(source: Source, tolerance: float = 0.01, facets: bool = False, depth: int = 3) -> StepReport:
     """What `write_step` would write, without writing it."""
     sheet, error, level = _sheet(source, tolerance, facets, depth)
+    load()
     return _report(sheet, error, level, solid_or_shell(sheet))
 
 
@@ -102,13 +107,19 @@ def to_build123d(source: Source, tolerance: float = 0.01, facets: bool = False, 
     >>> to_build123d(ifs.shape("catmull-clark-patch")).area > 900
     True
     """
+    sheet, _, _ = _sheet(source, tolerance, facets, depth)
+    load()
     import build123d
 
-    sheet, _, _ = _sheet(source, tolerance, facets, depth)
     shape = solid_or_shell(sheet)
     if len(sheet.closed) > 1:
         return build123d.Compound(shape)
     return build123d.Solid(shape) if all(sheet.closed) else build123d.Shell(shape)
+
+
+def _require_ending(path: str | os.PathLike[str]) -> None:
+    if Path(path).suffix.lower() not in ENDINGS:
+        raise WrongEnding(os.fspath(path))
 
 
 def _sheet(source: Source, tolerance: float, facets: bool, depth: int) -> tuple[Sheet, float, int]:

@@ -1,7 +1,7 @@
 """Inverse use: coefficients of a family for which a curve behaves as asked."""
 
 import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from fractions import Fraction
 from numbers import Real
@@ -23,6 +23,7 @@ from fld.design.wishes import CriticalOrder, Leaves
 from fld.error import Collapsed
 from fld.order import critical_order
 from ifs import NotContracting, Shape
+from ifs.asked import require_whole, shown
 from ifs.certificates.convergence import convergence
 from subdivision import Solution
 from subdivision.choose import Choice, choose
@@ -102,6 +103,7 @@ def fit_behaviour(
     fixed: Values | None = None,
     seed: int = 0,
     starts: int = 16,
+    report: Callable[[float], None] = lambda done: None,
 ) -> Fit:
     """The member of a family whose curve has a critical order, and half-tangents in given directions.
 
@@ -110,10 +112,10 @@ def fit_behaviour(
     is taken. `left` and `right` are directions into the curve (of any length) at the address `at`: they are
     opposite where it is to pass smoothly. The control points are those of the description, in mm.
 
-    The search is that of `subdivision.choose` (Gauss-Newton, then optimistix's Levenberg-Marquardt, from
-    `starts` points drawn with `seed`) for the requests `CriticalOrder` and `Leaves`. What it finds is
-    judged anew from the shape. A search proves nothing by failing; it is poor where two eigenvalues
-    have one modulus, where the order has a kink.
+    The search is that of `subdivision.choose` (Gauss-Newton, then scipy's Levenberg-Marquardt, from
+    `starts` points drawn with `seed`) for the requests `CriticalOrder` and `Leaves`. `report` is told which
+    share of it is done at most; what it raises ends it. What is found is judged anew from the shape. A search
+    proves nothing by failing; it is poor where two eigenvalues have one modulus, where the order has a kink.
 
     Raises `OutOfReach` with the nearest member, `ValueError` for wishes that make no sense (named), and
     `fld.NotACurve`. Source: Gentil 2010, theorem 4.2.1, equations 4.4 to 4.8; the inverse use is our own.
@@ -122,12 +124,14 @@ def fit_behaviour(
     >>> {name: str(value) for name, value in found.values.items()}
     {'a': '1/4', 'b': '1/4'}
     """
+    require_whole("number of starts", starts, 1)
+    require_whole("seed", seed)
     solution, own, nearest = _opened(source, fixed or {})
     wishes = _wishes(own, order, left, right, at)
     requests: list[Request | Nearest] = [*wishes, Contracts(longest=1)]
     if nearest:
         requests.append(Nearest(nearest))
-    choice = choose(solution, requests, seed=seed, starts=starts)
+    choice = choose(solution, requests, seed=seed, starts=starts, report=report)
     found = _judged(solution, choice, wishes, at)
     if not found.ok:
         raise OutOfReach(found)
@@ -139,6 +143,11 @@ def _opened(source: Source, fixed: Values) -> tuple[Solution, Curve, dict[str, F
     if isinstance(source, Solution):
         solution, automaton = source, source.automaton
     else:
+        if not isinstance(source, Automaton | str | PathLike):
+            raise TypeError(
+                f"a family is that of `subdivision.solve`, an automaton, a file or a built-in name; "
+                f"found {shown(source)}"
+            )
         automaton = source if isinstance(source, Automaton) else automata.read(source)
         solution = subdivision.solve(automaton)
     solution = solution.with_values(fixed)

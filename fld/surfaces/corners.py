@@ -8,11 +8,13 @@ import numpy as np
 from jaxtyping import Float
 
 from automata.topology import Topology, embedding
+from fld.scale import settled
 from fld.surfaces.corner_rings import corner_ring
-from fld.surfaces.leaving import Leaving, canonical, leaving, number, order_of, power, turning, written
+from fld.surfaces.leaving import Leaving, leaving, order_of, rate, turning
 from fld.surfaces.modes import Mode, apart, following, slowest, ways
 from fld.surfaces.proofs import avoids
 from fld.surfaces.rings import Ground, Ring
+from fld.wording import canonical, number, written
 from ifs.tangency.frames import Frame
 
 _FLAT = 1e-9
@@ -99,7 +101,7 @@ def patch_corner(
     place = ring.point
     for operator in reversed(ring.lead):
         place = operator @ place
-    point = place @ drawn
+    point = settled(place @ drawn, drawn)
     if first is None:
         said = "the patch stays in this point: nothing visible moves it"
         return PatchCorner(point, "constant", "straight", None, False, (), (), (), 0, sides, None, said)
@@ -195,7 +197,7 @@ def _words(
     cone: Float[np.ndarray, "ways dim"] | None,
 ) -> str:
     first = seen[0]
-    rates = [power(order, mode) for order, mode in zip(orders, seen, strict=True)]
+    rates = [rate(order, mode) for order, mode in zip(orders, seen, strict=True)]
     plane = "its plane" if normal is None else f"the plane with normal {written(normal)}"
     if status == "several directions":
         said = (

@@ -7,8 +7,8 @@ from typing import Any
 import numpy as np
 from jaxtyping import Float
 
-from fld.surfaces.leaving import written
 from fld.surfaces.products import ProductPoint, Section, is_steady
+from fld.wording import written
 
 _SAME = 1e-9
 

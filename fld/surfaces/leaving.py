@@ -10,30 +10,21 @@ from jaxtyping import Float
 from fld.surfaces.modes import Control, Mode, apart, slowest, ways
 from fld.surfaces.proofs import sign
 from fld.surfaces.rings import Ring
-
-STATUSES = (
-    "half-tangent",
-    "undecided",
-    "oscillates",
-    "unoriented",
-    "spiral",
-    "several directions",
-    "constant",
-)
+from fld.wording import Status, canonical, number, power, written
 
 
 @dataclass(frozen=True)
 class Leaving:
     """How a curve leaves a point on one side; the words of `fld.HalfTangent`, for curves of any automaton.
 
-    `status` is one of `STATUSES`, as in `fld.HalfTangent`. `direction` is a unit vector into the curve,
+    `status` is as in `fld.HalfTangent`. `direction` is a unit vector into the curve,
     `order` is `log|lambda| / log r` (None when constant, or when the parameter shrinks unequally),
     `eigenvalues` those of visible directions, largest modulus first, `block` the size m of the dominant
     Jordan block: distances shrink like `h^order log(1/h)^(m-1)`. `vector` is the limit of `difference /
     h^order` along the ends of the pieces, in mm per parameter^order, where there is a half-tangent and m = 1.
     """
 
-    status: str
+    status: Status
     direction: Float[np.ndarray, "dim"] | None
     order: float | None
     eigenvalues: tuple[complex, ...]
@@ -89,7 +80,7 @@ def order_of(ring: Ring, mode: Mode) -> float | None:
     return math.log(mode.spectrum.modulus) / math.log(ring.ratio)
 
 
-def _verdict(ring: Ring, mode: Mode) -> tuple[str, Float[np.ndarray, "dim"] | None, float]:
+def _verdict(ring: Ring, mode: Mode) -> tuple[Status, Float[np.ndarray, "dim"] | None, float]:
     """The status, a vector in its direction, and the component of the far end along that vector."""
     values, ranks = mode.spectrum.values, mode.spectrum.ranks
     value = values[0]
@@ -111,22 +102,11 @@ def _verdict(ring: Ring, mode: Mode) -> tuple[str, Float[np.ndarray, "dim"] | No
     return "half-tangent", vector * found, along
 
 
-def canonical(vector: Float[np.ndarray, "dim"]) -> Float[np.ndarray, "dim"]:
-    """A vector or its opposite: the one whose largest coordinate is positive."""
-    return vector * np.sign(vector[np.abs(vector).argmax()])
-
-
-def written(vector: Float[np.ndarray, "dim"]) -> str:
-    """A vector to read."""
-    return "(" + ", ".join(f"{round(x, 9) + 0.0:.6g}" for x in vector) + ")"
-
-
-def power(order: float | None, mode: Mode) -> str:
+def rate(order: float | None, mode: Mode) -> str:
     """How distances shrink, to read: `h^1.2 log(1/h)`, or by which factor where no order is known."""
-    block = mode.spectrum.block
     if order is None:
         return f"shrinking by {mode.spectrum.modulus:.6g} a step"
-    return f"h^{order:.6g}" + {1: "", 2: " log(1/h)"}.get(block, f" log(1/h)^{block - 1}")
+    return power(order, mode.spectrum.block - 1)
 
 
 def turning(mode: Mode) -> str:
@@ -136,14 +116,9 @@ def turning(mode: Mode) -> str:
     return f"turning by {turn:.6g} degrees and shrinking by {abs(value):.6g} at each step"
 
 
-def number(value: complex) -> str:
-    """An eigenvalue to read."""
-    return f"{value.real:.6g}" if value.imag == 0 else f"{value.real:.6g}{value.imag:+.6g}i"
-
-
 def _words(
     ring: Ring,
-    status: str,
+    status: Status,
     direction: Float[np.ndarray, "dim"] | None,
     order: float | None,
     mode: Mode,
@@ -151,7 +126,7 @@ def _words(
 ) -> str:
     spectrum = mode.spectrum
     vector = "" if direction is None else written(direction)
-    distance = power(order, mode)
+    distance = rate(order, mode)
     if limit is not None:
         distance = f"{np.linalg.norm(limit):.6g} mm {distance}"
     if status == "half-tangent":

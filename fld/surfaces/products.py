@@ -19,6 +19,7 @@ import ifs
 from automata import Automaton
 from fld.curve import Curve, curve, fixed_point
 from fld.order import dominant_moduli
+from fld.scale import require_scale, settled
 from fld.surfaces.curve_rings import curve_ring, parameter
 from fld.surfaces.leaving import Leaving, leaving, order_of
 from fld.surfaces.modes import Mode, slowest
@@ -80,6 +81,7 @@ def product(
         raise ValueError(f"control point {place} is not finite: {points[tuple(place)]}")
     grounds = [Ground(c.system) for c in curves]
     found = [_parts(c, given) for c, given in zip(curves, parts, strict=True)]
+    require_scale(points.reshape(-1, points.shape[2]))
     return Product((curves[0], curves[1]), (grounds[0], grounds[1]), (found[0], found[1]), points)
 
 
@@ -198,7 +200,7 @@ def product_point(surface: Product, u: str, v: str) -> ProductPoint:
     return ProductPoint(
         (str(found[0]), str(found[1])),
         (places[0], places[1]),
-        columns[0] @ controls[0],
+        settled(columns[0] @ controls[0], surface.control.reshape(-1, surface.control.shape[2])),
         sections[0],
         sections[1],
         surface.control,

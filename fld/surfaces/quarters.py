@@ -9,8 +9,8 @@ from typing import Any
 import numpy as np
 from jaxtyping import Float
 
-from fld.surfaces.leaving import written
 from fld.surfaces.products import ProductPoint, Section
+from fld.wording import written
 
 _SAME = 1e-6  # radians
 _FLAT = 1e-9

@@ -10,9 +10,11 @@ from typing import Any
 import numpy as np
 from jaxtyping import Float
 
+from fld.scale import require_scale
 from fld.surfaces.corners import PatchCorner, patch_corner
 from fld.surfaces.rings import Ground
 from ifs import Complex, Shape, draw, initial
+from ifs.asked import require_shape, require_whole
 from ifs.complex import refine_traced
 from ifs.tangency.frames import Frame, frames
 
@@ -95,6 +97,10 @@ def patches(surface: Shape | Complex) -> Patches:
     """
     if isinstance(surface, Shape):
         surface = initial(surface.topology, surface.system, surface.control)
+    elif not isinstance(surface, Complex):
+        require_shape(surface)
+    for control in surface.control.values():
+        require_scale(np.asarray(control).reshape(-1, control.shape[2]))
     known = frames(surface.topology, list(surface.control))
     for cell in surface.control:
         if len(known[cell].corners) < 3:
@@ -141,8 +147,7 @@ def along_edge(surface: Patches, cell: str, piece: int, side: str, depth: int = 
     boundary = complex_.topology.automaton.cells[cell].boundary
     if side not in boundary:
         raise ValueError(f"cell {cell!r} has no side {side!r}; it has {', '.join(boundary)}")
-    if depth < 0:
-        raise ValueError(f"the depth is 0 or more, found {depth}")
+    require_whole("depth", depth)
     edges = [(boundary[side].cell, int(complex_.boundary_at(cell, (side,), np.array([piece])).ids[0]))]
     for _ in range(depth):
         complex_, numbers = refine_traced(complex_)

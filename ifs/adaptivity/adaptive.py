@@ -10,6 +10,7 @@ from automata.automaton import Word
 from automata.topology import Topology
 from ifs.adaptivity.flatness import Stop, within
 from ifs.adaptivity.hanging import History, Leaves
+from ifs.asked import require_whole
 from ifs.certificates.bounds import sample
 from ifs.complex import Complex, refine_traced
 from ifs.drawing import vertex_column
@@ -52,8 +53,7 @@ def adaptive(complex_: Complex, stop: float | Stop, depth: int = 10) -> Mesh:
     >>> len(adaptive(whole, 5.0).faces), len(adaptive(whole, 0.01).faces)
     (2, 50)
     """
-    if depth < 0:
-        raise ValueError(f"the depth is 0 or more, found {depth}")
+    require_whole("depth", depth)
     topology = complex_.topology
     found = frames(topology, complex_.control)
     if not callable(stop):

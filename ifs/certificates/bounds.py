@@ -2,11 +2,13 @@
 
 from collections.abc import Mapping
 from dataclasses import dataclass
+from functools import lru_cache
+from types import MappingProxyType
 
 import numpy as np
 from jaxtyping import Float
 
-from ifs.certificates.convergence import require_contraction
+from ifs.certificates.convergence import RECENT, require_contraction
 from ifs.error import EmptyAttractor, NotContracting
 from ifs.system import State, System
 
@@ -63,6 +65,7 @@ def sample(system: System) -> Mapping[str, Float[np.ndarray, "_points"]]:
     return {name: columns[name] for name in system.states}
 
 
+@lru_cache(maxsize=RECENT)
 def bounds(system: System) -> Mapping[str, Box]:
     """For each cell a box that contains its attractor, as tight as iterating boxes makes it.
 
@@ -94,7 +97,7 @@ def bounds(system: System) -> Mapping[str, Box]:
         boxes = _balls(system)
     table = _letters(system)
     boxes = _tightened(boxes, table)
-    return _tightened(boxes, _long_words(table), _PRODUCTS)
+    return MappingProxyType(_tightened(boxes, _long_words(table), _PRODUCTS))
 
 
 def extent(

@@ -6,6 +6,7 @@ from dataclasses import dataclass
 import numpy as np
 from jaxtyping import Float
 
+from ifs.asked import require_shape
 from ifs.certificates.bounds import Box, bounds, extent, sample
 from ifs.shape import Shape
 from ifs.system import System
@@ -30,6 +31,7 @@ def bounding_box(shape: Shape, tolerance: float = 1e-3) -> tuple[Corner, Corner]
     >>> bool(abs(hi[1] - 160 / 3) < 0.02)
     True
     """
+    require_shape(shape)
     search = _Search(shape.system, bounds(shape.system), sample(shape.system))
     low, high = extent(search.boxes[shape.system.shape], shape.control[None])
     rounding = 64 * np.finfo(float).eps * len(shape.control) * float(np.abs(shape.control).max())

@@ -9,6 +9,7 @@ spectral radius, Linear Algebra and its Applications 234, 1996).
 
 from collections.abc import Mapping
 from dataclasses import dataclass
+from functools import lru_cache
 from typing import Literal
 
 import numpy as np
@@ -28,6 +29,7 @@ _EPS = float(np.finfo(np.float64).eps)
 _ONE = 1 - 1e-12
 _CYCLES = 32  # words of each length and cell whose eigenvalues are looked at
 _LENGTH = 200
+RECENT = 64  # systems whose certificates are kept
 _OVERHEAD = 500  # what one word costs beside its multiplications
 
 
@@ -86,6 +88,7 @@ class _Words:
 _Alive = dict[tuple[str, str], _Words]
 
 
+@lru_cache(maxsize=RECENT)
 def convergence(system: System, budget: float = BUDGET, tolerance: float = TOLERANCE) -> Convergence:
     """Bound the joint spectral radius of the linear parts of a system, component by component.
 
@@ -93,7 +96,7 @@ def convergence(system: System, budget: float = BUDGET, tolerance: float = TOLER
     until `budget` multiplications are spent (2e7 are some tenths of a second), or words have 200
     letters. The verdict is "does not contract" when some cycle's product has spectral radius
     1 - 1e-12 or more (the search ends there, so that `lower` need not be the largest),
-    "contracts" when `upper < 1`, else "undecided".
+    "contracts" when `upper < 1`, else "undecided". What was found of the last systems is remembered.
 
     >>> import numpy as np
     >>> from ifs.system import State, System

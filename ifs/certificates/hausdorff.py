@@ -5,6 +5,7 @@ from collections.abc import Mapping
 import numpy as np
 from jaxtyping import Float
 
+from ifs.asked import require_shape, require_whole
 from ifs.certificates.bounds import Box, bounds, extent, sample
 from ifs.certificates.convergence import require_contraction
 from ifs.pieces import pieces
@@ -39,9 +40,9 @@ def hausdorff_error(shape: Shape, depth: int, drawn: Mapping[str, Columns] | Non
     >>> round(errors[0] / errors[1], 6), errors[2] < 1e-12
     (27.0, True)
     """
+    require_shape(shape)
+    require_whole("depth", depth)
     require_contraction(shape.system)
-    if depth < 0:
-        raise ValueError(f"the depth must be 0 or more; got {depth}")
     columns = sample(shape.system)
     figures = {cell: column[:, None] for cell, column in columns.items()} | dict(drawn or {})
     _check(shape.system, figures)

@@ -5,6 +5,7 @@ from dataclasses import dataclass
 import numpy as np
 from jaxtyping import Float, Int
 
+from ifs.asked import require_shape, require_whole
 from ifs.certificates.bounds import sample
 from ifs.pieces import pieces
 from ifs.shape import Shape
@@ -46,11 +47,12 @@ def box_counting(
     """
     from scipy.stats import t as student
 
-    if scales < 4 or not 0 < confidence < 1 or most < 1000:
-        raise ValueError(
-            f"give 4 scales or more, a confidence in ]0, 1[ and 1000 points or more; "
-            f"got {scales}, {confidence}, {most}"
-        )
+    require_shape(shape)
+    require_whole("number of scales", scales, 4)
+    require_whole("number of points", most, 1000)
+    require_whole("seed", seed)
+    if not 0 < confidence < 1:
+        raise ValueError(f"the confidence lies in ]0, 1[, found {confidence}")
     points, finest = _points(shape, most)
     extent = float(np.ptp(points, axis=0).max())
     sizes = np.geomspace(extent / 5, max(_FINEST * finest, extent * 1e-6), scales)

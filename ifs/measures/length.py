@@ -5,6 +5,7 @@ from math import inf
 
 import numpy as np
 
+from ifs.asked import require_shape, require_whole
 from ifs.dimensions.dimension import similarity
 from ifs.measures.chains import chains
 from ifs.shape import Shape
@@ -47,8 +48,8 @@ def length(shape: Shape, depth: int = 12) -> Length:
     >>> length(shape("corner-cutting")).exact
     False
     """
-    if depth < 3:
-        raise ValueError(f"the depth is 3 or more, found {depth}")
+    require_shape(shape)
+    require_whole("depth", depth, 3)
     chains(shape)
     polygons = tuple(_polygon(shape, level) for level in range(depth + 1))
     growth = polygons[-1] / polygons[-2] if polygons[-2] else 1.0

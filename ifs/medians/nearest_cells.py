@@ -22,8 +22,9 @@ def nearest_cells(cells: Bool[np.ndarray, "x y z"]) -> Int32[np.ndarray, "x y z"
     near = np.empty(cells.shape, dtype=np.int32)
     squares = np.empty(cells.shape, dtype=np.int64)
     _last_axis(cells, near, squares)
-    _middle_axis(near, squares)
-    _first_axis(near, squares)
+    for axis in (1, 0):
+        stride = int(np.prod(cells.shape[axis + 1 :]))
+        _swept(np.moveaxis(near, axis, 2), np.moveaxis(squares, axis, 2), stride)
     return near
 
 
@@ -81,36 +82,21 @@ def _last_axis(cells, near, squares):
 
 @numba.njit(cache=True)
 @no_type_check
-def _middle_axis(near, squares):
+def _swept(near, squares, stride):
+    """Go on along the last axis of two views, whose cells are `stride` apart in the flat array."""
     nx, ny, nz = near.shape
-    heights, best = np.empty(ny, np.int64), np.empty(ny, np.int64)
-    points, starts, old = np.empty(ny, np.int64), np.empty(ny, np.int64), np.empty(ny, np.int64)
+    heights, best = np.empty(nz, np.int64), np.empty(nz, np.int64)
+    points, starts, old = np.empty(nz, np.int64), np.empty(nz, np.int64), np.empty(nz, np.int64)
     for i in range(nx):
-        for k in range(nz):
-            for j in range(ny):
-                heights[j], old[j] = squares[i, j, k], near[i, j, k]
+        for j in range(ny):
+            for k in range(nz):
+                heights[k], old[k] = squares[i, j, k], near[i, j, k]
             if not _envelope(heights, best, points, starts):
                 continue
-            for j in range(ny):
-                b = best[j]
-                near[i, j, k] = b * nz + old[b]
-                squares[i, j, k] = heights[b] + (j - b) ** 2
-
-
-@numba.njit(cache=True)
-@no_type_check
-def _first_axis(near, squares):
-    nx, ny, nz = near.shape
-    heights, best = np.empty(nx, np.int64), np.empty(nx, np.int64)
-    points, starts, old = np.empty(nx, np.int64), np.empty(nx, np.int64), np.empty(nx, np.int64)
-    for j in range(ny):
-        for k in range(nz):
-            for i in range(nx):
-                heights[i], old[i] = squares[i, j, k], near[i, j, k]
-            if not _envelope(heights, best, points, starts):
-                continue
-            for i in range(nx):
-                near[i, j, k] = best[i] * ny * nz + old[best[i]]
+            for k in range(nz):
+                b = best[k]
+                near[i, j, k] = b * stride + old[b]
+                squares[i, j, k] = heights[b] + (k - b) ** 2
 
 
 @numba.njit(cache=True)

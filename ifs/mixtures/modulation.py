@@ -17,6 +17,7 @@ from automata import Automaton, Cell
 from automata.automaton import Rows, Word
 from automata.expression import Number
 from automata.topology import Topology, embedding
+from ifs.asked import require_whole
 from ifs.certificates.bounds import sample
 from ifs.complex import Complex, initial, refined
 from ifs.dimensions.alike import Cells, DifferentGluing, Factor, alike, factor
@@ -75,8 +76,7 @@ def modulated(shapes: Sequence[Shape], blend: Shape, depth: int) -> Mesh:
     >>> modulated([ifs.shape(bezier(2)), ifs.shape(takagi())], blend, 3).vertices.shape
     (9, 2)
     """
-    if depth < 0:
-        raise ValueError(f"the depth is 0 or more, found {depth}")
+    require_whole("depth", depth)
     factors = [factor(one.automaton) for one in shapes]
     _require_same_spaces(factors)
     _require_same_names([factors[0], factor(blend.automaton)])

@@ -76,11 +76,13 @@ def split_address(text: str) -> tuple[Word, Word]:
     """The word and the repeated word of a text such as `"0"`, `"1 0"` or `"0 1 (1 0)*"`, as they stand.
 
     Without `( )*` the last label repeats. Raises `ValueError` for an empty text, for parentheses elsewhere,
-    and for more than 200 labels.
+    and for more than 200 labels; `TypeError` for what is no text.
 
     >>> split_address("1 0 0")
     (('1', '0'), ('0',))
     """
+    if not isinstance(text, str):
+        raise TypeError(f"an address is a text such as '0', '1 0' or '1 (0 1)*'; found {text!r}")
     match = _REPEATED.fullmatch(text.strip())
     if match:
         word, repeat = match[1].split(), match[2].split()

@@ -6,6 +6,7 @@ from math import sqrt
 import numpy as np
 from jaxtyping import Float
 
+from ifs.asked import require_shape
 from ifs.certificates.bounds import sample
 from ifs.pieces import Pieces, pieces
 from ifs.shape import Shape
@@ -27,6 +28,7 @@ def pieces_in_chunks(
     >>> sum(len(found.control) for found in pieces_in_chunks(shape("koch-curve"), depth=5, most=100))
     1024
     """
+    require_shape(shape)
     if tolerance is not None and not tolerance > 0:
         raise ValueError(f"the tolerance is a length above 0 mm, found {tolerance}")
     size = None if tolerance is None else tolerance / sqrt(shape.control.shape[1])

@@ -6,6 +6,7 @@ from dataclasses import dataclass
 import numpy as np
 from jaxtyping import Float, Int
 
+from ifs.asked import require_shape, require_whole
 from ifs.certificates.bounds import sample
 from ifs.certificates.convergence import require_contraction
 from ifs.certificates.differences import linear_part
@@ -45,11 +46,10 @@ def points(
     >>> [len(part) for part in drawn], bool((drawn[0] >= 0).all())
     ([600, 400], True)
     """
-    if count < 0 or chunk < 1 or not 0 <= seed < 1 << 64:
-        raise ValueError(
-            f"expected a count of 0 or more, a chunk of 1 or more and a seed of 64 bits; "
-            f"found {count}, {chunk} and {seed}"
-        )
+    require_shape(shape)
+    require_whole("count of points", count)
+    require_whole("chunk", chunk, 1)
+    require_whole("seed", seed, 0, (1 << 64) - 1)
     require_contraction(shape.system)
     chances = weights(shape) if probabilities is None else given_weights(shape, probabilities)
     return _streamed(shape, chances, count, seed, chunk)

@@ -1,8 +1,8 @@
-"""From an automaton to the family of all its operators."""
+"""From an automaton to the affine family of all its operators."""
 
 import string
 from collections.abc import Iterable, Iterator, Mapping, Sequence
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from itertools import chain, count
 
 from automata import Automaton, Cell
@@ -13,28 +13,31 @@ from subdivision.constraints import Constraint, Statement, constraints
 from subdivision.elimination import Inconsistent, LinearSystem, minimal_subset
 from subdivision.error import Contradiction, NotLinear, WrongValue
 from subdivision.form import CONSTANT, Columns, Form
-from subdivision.solution import Forms, Parameter, Solution
 from subdivision.unknowns import Entry, Unknowns, unknowns
 
+Forms = tuple[tuple[Form, ...], ...]
 
-def solve(automaton: Automaton) -> Solution:
-    """All operators that satisfy the constraints, with free parameters that are entries of matrices.
 
-    The unknowns are the entries of every subdivision operator; the equations are the stated incidences
-    and adjacencies, those that the symmetries imply, the given entries, and `sum of each column = 1`.
-    All are linear, so the solutions form an affine family, found in exact arithmetic: over the rationals, or
-    over rational functions in the parameters that have no value. Embeddings may be unknown as well: equations
-    that multiply unknowns wait until the linear ones have settled enough of them. Cells that gluing forces
-    to be one are one; `Solution.notes` says so, and the operators are listed under all names.
+@dataclass(frozen=True)
+class Parameter:
+    """A degree of freedom: the name it goes by, and the entry whose value it is."""
 
-    Raises `Contradiction` with a least conflicting subset, `NotLinear` where products of unknowns stay,
-    `TooMuchWork` for a system too dense to solve, and `AutomatonError` for cells that cannot be one.
-    Source: Gentil 2010, §4.3.1.
+    name: str
+    entry: Entry
 
-    >>> import automata
-    >>> [str(p.entry) for p in solve(automata.read("corner-cutting")).parameters]
-    ['edge.0[1,0]', 'edge.0[0,1]']
-    """
+
+@dataclass(frozen=True)
+class Affine:
+    """The operators of a resolved automaton as affine forms in the parameters; fields as in `Solution`."""
+
+    automaton: Automaton
+    parameters: tuple[Parameter, ...]
+    operators: Mapping[str, Mapping[str, Forms]]
+    notes: tuple[str, ...]
+
+
+def affine(automaton: Automaton) -> Affine:
+    """What `subdivision.solve` finds; raises as it does."""
     automaton = resolved(automaton)
     merging = merged(settled(automaton))
     whole = merging.automaton
@@ -54,7 +57,7 @@ def solve(automaton: Automaton) -> Solution:
         for name, cell in whole.cells.items()
     }
     parameters = tuple(_parameters(whole, table, system, free, named))
-    return Solution(automaton, parameters, _all_names(merging, operators), {}, merging.notes)
+    return Affine(automaton, parameters, _all_names(merging, operators), merging.notes)
 
 
 def _solved(
