@@ -17,6 +17,8 @@ from export.meshing.joining import has_contacts, join_contacts
 from export.meshing.skin import skin
 from ifs.mesh import Mesh
 from trees import Cube, Tree, TreeError, empty, from_array, from_points, full, to_array, unit_cube
+from trees.bricks import Flat
+from trees.errors import TooManyPieces
 from trees.runs import tree_of_runs
 from trees.topology import betti_numbers, surface_area
 
@@ -276,6 +278,70 @@ def test_same_tree_same_bytes_however_it_was_built() -> None:
         a, b = skin(one, style, contacts), skin(other, style, contacts)
         assert a.vertices.tobytes() == b.vertices.tobytes()
         assert a.faces.tobytes() == b.faces.tobytes()
+
+
+def shell(side: int) -> np.ndarray:
+    """A sheet about two cells thick that goes through the whole cube and out of it."""
+    x, y, z = np.indices((side,) * 3) * (2 * np.pi / 30)
+    wave = np.sin(x) * np.cos(y) + np.sin(y) * np.cos(z) + np.sin(z) * np.cos(x)
+    return np.abs(wave) < 0.3
+
+
+@pytest.mark.parametrize(("style", "contacts"), FLAVOURS)
+def test_a_sheet_through_many_blocks_has_the_skin_of_its_dense_array(style, contacts) -> None:
+    array = shell(64)
+    array[40:56, 20:48, 8:40] ^= True
+    tree = from_array(array, CUBE)
+    black = join_contacts(tree) if contacts == "join" else tree
+    assert_same(skin(tree, style, contacts), surface(voxels_of(black), style, "separate"))
+
+
+WAYS = [way for way in itertools.product((-1, 0, 1), repeat=3) if way > (0, 0, 0)]
+CONTACTS = [way for way in WAYS if np.abs(way).sum() > 1]
+
+
+@pytest.mark.parametrize("way", CONTACTS)
+@pytest.mark.parametrize("style", ["exact", "smooth"])
+def test_cells_that_touch_anywhere_in_a_block(way, style) -> None:
+    """Pairs of cells, the second one this way on, at every place of a block; then those places are holes."""
+    places = np.array(list(itertools.product(range(1, 29, 7), repeat=3)))
+    array = np.zeros((32, 32, 32), dtype=bool)
+    array[tuple(places.T)] = array[tuple((places + way).T)] = True
+    for black in (array, ~array):
+        tree = from_array(black, CUBE)
+        assert_same(skin(tree, style, "separate"), surface(voxels_of(tree), style, "separate"))
+
+
+@pytest.mark.parametrize("way", CONTACTS)
+@pytest.mark.parametrize("style", ["exact", "smooth"])
+def test_cells_that_touch_far_from_the_origin_of_a_large_grid(way, style) -> None:
+    far = 2**21 - 4
+    near, moved = (
+        skin(from_points([cell, cell + way], bits, Cube((0.0, 0.0, 0.0), 2.0**bits)), style, "separate")
+        for cell, bits in ((np.array([1, 1, 1]), 2), (np.array([far + 1, far + 1, far + 1]), 21))
+    )
+    assert_same(Mesh(moved.vertices - far, moved.faces), near)
+
+
+def test_too_many_triangles_around_contacts(monkeypatch) -> None:
+    tree = from_points([[0, 0, 0], [1, 1, 0]], bits=2)
+    count = len(skin(tree, contacts="separate").faces)
+    monkeypatch.setattr("export.meshing.parted.MAX_TRIANGLES", count - 1)
+    with pytest.raises(TooManyPieces) as caught:
+        skin(tree, contacts="separate")
+    assert (caught.value.count, caught.value.limit) == (count, count - 1)
+
+
+@pytest.mark.parametrize("bits", [4, 5, 6])
+def test_both_forms_of_a_set_have_the_same_skin(bits) -> None:
+    flat = from_array(shell(2**bits), CUBE)
+    assert isinstance(flat.form, Flat)
+    bricks = Tree(flat.cube, flat.bits, flat.as_bricks)
+    for style, contacts in FLAVOURS:
+        one, other = skin(flat, style, contacts), skin(bricks, style, contacts)
+        assert one.vertices.tobytes() == other.vertices.tobytes()
+        assert one.faces.tobytes() == other.faces.tobytes()
+    assert has_contacts(flat) == has_contacts(bricks)
 
 
 def test_refusals() -> None:

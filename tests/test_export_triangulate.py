@@ -4,10 +4,9 @@ import itertools
 
 import numpy as np
 import pytest
+from dense.triangulate import MARGIN, Polygons, _choose, _safe, triangulate
 from hypothesis import given, settings
 from hypothesis import strategies as st
-
-from export.meshing.triangulate import MARGIN, Polygons, _choose, _safe, triangulate
 
 QUADRANTS = np.array([[-1.0, -1], [1, -1], [1, 1], [-1, 1]])  # counter-clockwise around the axis
 SHARES = np.array([w for w in itertools.product(range(13), repeat=3) if sum(w) == 12]) / 12

@@ -4,6 +4,8 @@ from typing import no_type_check
 
 import numba
 
+MARGIN = 1e-6  # in voxels: how clearly a triangle has to stay on its side
+
 
 @no_type_check
 @numba.njit(cache=True)

@@ -45,26 +45,25 @@ def exact_corners(sheets: Sheets, gap: float) -> Float[np.ndarray, "vertices 3"]
 
 def contact_sides(
     sheets: Sheets, crossings: Float[np.ndarray, "squares 3"], style: str, gap: float
-) -> tuple[Int[np.ndarray, "squares 4"] | None, Float[np.ndarray, "middles 3"]]:
+) -> tuple[Int[np.ndarray, "squares 4"], Float[np.ndarray, "middles 3"]]:
     """The number of the vertex put into the middle of each side, -1 for none, and their places.
 
-    A contact edge gets one on each of its two sheets, as both may end at the same two vertices.
+    A contact edge gets one on each of its two sheets, as both may end at the same two vertices. Two squares
+    share it, those of one voxel.
     """
     square, side = np.nonzero((sheets.contact[:, None] >> np.arange(4)) & 1)
-    if not len(square):
-        return None, np.zeros((0, 3))
-    ends = sheets.corners[sheets.squares[square, side]]
-    others = sheets.corners[sheets.squares[square, (side + 1) % 4]]
-    keys = np.column_stack([ends + others, sheets.inner[square]])
-    found, which = np.unique(keys, axis=0, return_inverse=True)
+    start, end = sheets.squares[square, side], sheets.squares[square, (side + 1) % 4]
+    twice = sheets.corners[start] + sheets.corners[end]
+    way = (2 * sheets.inner[square] + 1 > twice) @ np.array([1, 2, 4])
+    low, high = (some.astype(np.int64) for some in (np.minimum(start, end), np.maximum(start, end)))
+    order = np.argsort(low << 33 | high << 3 | way)
+    one, two = order[0::2], order[1::2]
     if style == "exact":
-        places = found[:, :3] / 2
-        pull = found[:, 3:] + 0.5 - places
+        places = twice[one] / 2
+        pull = sheets.inner[square[one]] + 0.5 - places
         places += gap * pull / np.abs(pull).max(axis=1, keepdims=True)
     else:
-        sums = np.zeros((len(found), 3))
-        np.add.at(sums, which.ravel(), crossings[square])
-        places = sums / 2
+        places = (crossings[square[one]] + crossings[square[two]]) / 2
     sides = np.full((len(sheets.squares), 4), -1, dtype=np.int64)
-    sides[square, side] = which.ravel()
+    sides[square[order], side[order]] = np.repeat(np.arange(len(one)), 2)
     return sides, places

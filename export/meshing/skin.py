@@ -1,21 +1,18 @@
 """From a tree to the closed triangle mesh of its boundary, straight from its words."""
 
-from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
 from jaxtyping import Float, Int, UInt64
 
-from export.meshing.entries import check_space, entries
+from export.meshing.crossings import Field, Gradient, share_of
+from export.meshing.entries import check_space, entries, indexed
+from export.meshing.grading import Grading
 from export.meshing.joining import join_at
 from ifs.mesh import Mesh
 from trees.errors import TooManyPieces
 from trees.tree import Tree
 
-Field = Callable[[Float[np.ndarray, "points 3"]], Float[np.ndarray, " points"]]
-
-CLEAR = 0.05  # a crossing keeps this share of the pitch from the centres on either side
-JOINED = -0.5  # the field, in pitches, of a cell that was filled to join a contact
 BATCH = 2**18
 MAX_TRIANGLES = 2**30  # of which 32 bits number all vertices, with one more for each square
 
@@ -28,11 +25,12 @@ class EmptySolid(ValueError):
 class Blocks:
     """The boundary by blocks of 4 x 4 x 4 corners, and where their vertices are numbered from.
 
-    Rows are those of `skin_blocks.collected`; `slots` is a hash table of their keys.
+    Rows are those of `blocks.collected`, `groups` and `slots` those of `numbering.index`.
     """
 
     rows: UInt64[np.ndarray, "blocks 6"]
     bases: Int[np.ndarray, " blocks"]
+    groups: UInt64[np.ndarray, "groups 3"]
     slots: Int[np.ndarray, " slots"]
     vertices: int
     squares: int
@@ -44,6 +42,11 @@ def skin(
     contacts: str = "join",
     field: Field | None = None,
     gap: float = 0.05,
+    *,
+    grading: Grading | None = None,
+    merge: bool = False,
+    features: float | None = None,
+    gradient: Gradient | None = None,
 ) -> Mesh:
     """The boundary of the black cells of space: closed, outward, every edge in two triangles, every vertex
     in one fan.
@@ -62,13 +65,25 @@ def skin(
     `contacts="separate"` gives each black cell its own sheet there; in the exact style the sheets are moved
     apart by `gap` cells (at most 0.25; 0 leaves them in one place). Without contacts the two do nothing.
 
+    `grading` makes resolution vary: outside its regions cells are gone through by blocks, which are black as
+    soon as one cell in them is (`export.meshing.grading.graded`). A square is then what lies between two
+    blocks, and has those vertices of its neighbours that lie on its border, so that the mesh is closed as
+    before; a vertex moves by half its blocks at most. Contacts are joined by whole blocks. `merge=True`
+    merges the squares of the exact style to rectangles: the same solid in fewer triangles. `features`
+    (degrees) keeps edges and corners of the smooth style: where normals of the field differ by more than this
+    angle around a vertex, it goes to the place where their planes meet, within half a cell of its corner (Ju,
+    Losasso, Schaefer, Warren, Dual contouring of Hermite data, 2002). The field is then asked anywhere, not
+    at centres alone; its normals are those of `gradient`, `(n, 3)` for `(n, 3)` in mm, or central
+    differences. With one of these, vertices come by rising x, y, z, extra ones last, contacts must be "join",
+    the tree has at most 20 bits an axis, and a triangle takes up to ten times as long as without.
+
     Vertices come by blocks of 4 x 4 x 4 corners in Morton order, extra ones last. Regions that are full or
     empty are not looked at; memory is that of the mesh and about a tenth more (where
-    separate cells touch, several times the mesh). `faces` are int32 where that is enough.
+    most separate cells touch, up to three times the mesh). `faces` are int32 where that is enough.
 
     Raises `EmptySolid` when no cell is black, `ValueError` for an unknown style or rule, a gap out of range,
-    or a field of another shape, with NaN or -inf, `TreeError` for a dimension other than 3, `TooManyPieces`
-    above 2^30 triangles.
+    or a field of another shape, with NaN or -inf, and wishes that do not go together; `TreeError` for a
+    dimension other than 3, `TooManyPieces` above 2^30 triangles.
 
     >>> from trees import from_points
     >>> cube = skin(from_points([[1, 1, 1]], bits=2))
@@ -84,12 +99,19 @@ def skin(
     check_space(tree)
     if not tree:
         raise EmptySolid("no cell is black: there is no surface")
+    if grading is not None or merge or features is not None or gradient is not None:
+        from export.meshing.patched import Wishes, check_wishes, patched
+
+        wishes = Wishes(grading, merge, features, gradient)
+        check_wishes(wishes, style, contacts, field)
+        return patched(tree, style, field, wishes)
     blocks, touched = _blocks(tree)
     if len(touched) and contacts == "separate":
         from export.meshing.parted import parted
 
         shares = _shares(tree, blocks, None if style == "exact" else field)
-        return parted(tree, blocks.rows, shares, style, gap)
+        index = blocks.bases, blocks.groups, blocks.slots
+        return parted(tree, blocks.rows, index, touched, shares, style, gap)
     if len(touched):
         tree = join_at(tree, touched)
         blocks, _ = _blocks(tree)
@@ -99,34 +121,29 @@ def skin(
 def _blocks(tree: Tree) -> tuple[Blocks, UInt64[np.ndarray, " _touched"]]:
     """The blocks of a tree, and the keys of those with contacts."""
     from export.meshing.blocks import collected
-    from export.meshing.kernels import bases_of, table_of
 
     rows, touched, *counts = collected(*entries(tree), 0)
     vertices, squares = (int(count) for count in counts)
     if 2 * squares > MAX_TRIANGLES:
         raise TooManyPieces(2 * squares, MAX_TRIANGLES)
-    bases = np.empty(len(rows), dtype=np.int32)
-    slots = np.full(1 << (len(rows) * 3 // 2).bit_length(), -1, dtype=np.int32)
-    bases_of(rows, bases)
-    table_of(rows, slots)
-    return Blocks(rows, bases, slots, vertices, squares), touched
+    return Blocks(rows, *indexed(rows), vertices, squares), touched
 
 
 def _exact(tree: Tree, blocks: Blocks) -> Mesh:
-    from export.meshing.kernels import corners, flat_triangles
+    from export.meshing.kernels import flat
 
     vertices = np.empty((blocks.vertices, 3))
-    corners(blocks.rows, np.array(tree.origin), tree.cell_size, vertices)
-    faces = np.empty((2 * blocks.squares, 3), dtype=np.int32)
-    flat_triangles(blocks.rows, blocks.bases, blocks.slots, faces)
-    return Mesh(vertices, faces)
+    pairs = np.empty((blocks.squares, 6), dtype=np.int32)
+    where = blocks.rows, blocks.bases, blocks.groups, blocks.slots
+    flat(*where, np.array(tree.origin), tree.cell_size, vertices, pairs)
+    return Mesh(vertices, pairs.reshape(-1, 3))
 
 
 def _smooth(tree: Tree, blocks: Blocks, field: Field | None) -> Mesh:
+    from export.meshing.diagonals import MARGIN
     from export.meshing.kernels import bent_triangles, chosen, means, placed
-    from export.meshing.triangulate import MARGIN
 
-    where = blocks.rows, blocks.bases, blocks.slots
+    where = blocks.rows, blocks.bases, blocks.groups, blocks.slots
     shares = _shares(tree, blocks, field)
     vertices = np.zeros((blocks.vertices, 3))
     means(*where, shares, vertices, np.zeros(blocks.vertices, dtype=np.uint8))
@@ -153,32 +170,6 @@ def _shares(tree: Tree, blocks: Blocks, field: Field | None) -> Float[np.ndarray
     block, done = 0, 0
     while block < len(blocks.rows):
         block, n = cells_beside(blocks.rows, block, BATCH, inside, outside)
-        shares[done : done + n] = share_of(tree, field, inside[:n], outside[:n])
+        shares[done : done + n] = share_of(tree, field, inside[:n] + 0.5, outside[:n] + 0.5)
         done += n
     return shares
-
-
-def share_of(
-    tree: Tree, field: Field, inside: Int[np.ndarray, "squares 3"], outside: Int[np.ndarray, "squares 3"]
-) -> Float[np.ndarray, " squares"]:
-    """The place of the change of sign between two cells, from 0 in the first to 1 in the second."""
-    low, high = _values(tree, field, inside), _values(tree, field, outside)
-    low[low > 0] = JOINED
-    high[np.isinf(high)] = 0.5
-    high = np.maximum(high, 0.0)
-    level = high == low
-    share = np.where(level, 0.5, -low / np.where(level, 1.0, high - low))
-    return np.clip(share, CLEAR, 1 - CLEAR)
-
-
-def _values(tree: Tree, field: Field, cells: Int[np.ndarray, "cells 3"]) -> Float[np.ndarray, " cells"]:
-    """The field at the centres of cells, in cells."""
-    places = np.array(tree.origin) + (cells + 0.5) * tree.cell_size
-    values = np.asarray(field(places), dtype=np.float64)
-    if values.shape != (len(cells),):
-        raise ValueError(f"the field gives shape {values.shape} for {len(cells)} points: one number each")
-    wrong = np.isnan(values) | (values == -np.inf)
-    if wrong.any():
-        where = int(np.argmax(wrong))
-        raise ValueError(f"the field is {values[where]} at {places[where].tolist()} mm: give a distance")
-    return values / tree.cell_size

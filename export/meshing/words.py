@@ -21,14 +21,19 @@ BACK = (36, 18, 9)  # from the last cell of an axis to its first
 AXES = (36, 18, 9)  # the bits of each axis in the index of a cell
 
 
+def _cells() -> list[tuple[int, int, int]]:
+    """The coordinates of each cell of a brick."""
+    x, y, z = ([(b >> (2 - a) & 1) + 2 * (b >> (5 - a) & 1) for b in range(64)] for a in range(3))
+    return list(zip(x, y, z, strict=True))
+
+
+CELLS = _cells()
+
+
 def _masks(wanted: int) -> tuple[np.uint64, ...]:
     """For each axis the cells whose coordinate is `wanted`."""
-    masks = []
-    for axis in range(3):
-        low, high = 2 - axis, 5 - axis
-        cells = [b for b in range(64) if (b >> low & 1) + 2 * (b >> high & 1) == wanted]
-        masks.append(np.uint64(sum(1 << b for b in cells)))
-    return tuple(masks)
+    cells = [[b for b in range(64) if CELLS[b][axis] == wanted] for axis in range(3)]
+    return tuple(np.uint64(sum(1 << b for b in some)) for some in cells)
 
 
 FIRST, SECOND, THIRD, LAST = (_masks(coordinate) for coordinate in range(4))
@@ -125,13 +130,13 @@ def along(bit, axis):
 @numba.njit(cache=True)
 def place(key, axis):
     """The coordinate of the first cell of a block, on an axis, from its Morton key."""
-    result, shift = 0, 2
-    key >>= np.uint64(2 - axis)
-    while key > ZERO:
-        result |= np.int64(key & ONE) << shift
-        key >>= np.uint64(3)
-        shift += 1
-    return result
+    key = key >> np.uint64(2 - axis) & np.uint64(0x1249249249249249)
+    key = (key | key >> np.uint64(2)) & np.uint64(0x10C30C30C30C30C3)
+    key = (key | key >> np.uint64(4)) & np.uint64(0x100F00F00F00F00F)
+    key = (key | key >> np.uint64(8)) & np.uint64(0x001F0000FF0000FF)
+    key = (key | key >> np.uint64(16)) & np.uint64(0x001F00000000FFFF)
+    key = (key | key >> np.uint64(32)) & np.uint64(0x00000000001FFFFF)
+    return np.int64(key) << 2
 
 
 @no_type_check

@@ -5,12 +5,12 @@ from typing import Literal, no_type_check
 import numba
 import numpy as np
 from dense.contacts import corner_code, join_contacts, pad
+from dense.triangulate import Polygons, triangulate
 from dense.voxels import EmptySolid, Solid, Voxels
 from jaxtyping import Float, Int
 
 from export.meshing.contacts import FAN_COUNT, FANS
 from export.meshing.sheets import Sheets, contact_sides, exact_corners, means
-from export.meshing.triangulate import Polygons, triangulate
 from ifs.mesh import Mesh
 
 Style = Literal["smooth", "exact"]

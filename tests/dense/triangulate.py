@@ -7,7 +7,7 @@ import numba
 import numpy as np
 from jaxtyping import Float, Int, UInt8
 
-MARGIN = 1e-6  # in voxels: how clearly a triangle has to stay on its side
+from export.meshing.diagonals import MARGIN
 
 
 @dataclass(frozen=True, eq=False)
