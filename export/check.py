@@ -41,15 +41,16 @@ def check(
     """Find what keeps a triangle mesh (mm) from being the boundary of a solid.
 
     Edges must lie in two triangles that pass them in opposite directions, the triangles around a
-    vertex must form one fan, no triangle may be flat or stand twice, shells must face outward
-    (inward when they bound a cavity), and triangles must not meet but in common corners and edges, which
-    is decided exactly (`export.checks.crossings`). Vertices are told apart by number, not by
+    vertex must form one fan, no triangle may be flat or stand twice, shells must have a volume and face
+    outward (inward when they bound a cavity), and triangles must not meet but in common corners and
+    edges, which is decided exactly (`export.checks.crossings`). Vertices are told apart by number, not by
     position: `weld` first if they do not say how triangles hang together.
 
     `tree` is the set of cells that the mesh should bound: the volumes may then differ by half a cell
     over the whole area. `wall` and `gap` (mm) make faults of walls and gaps below them, as
     `export.checks.widths` measures these. `quick` looks for neither self-intersections nor widths.
-    Slivers, sheets that touch, and cavities without way out are notes, no faults.
+    Slivers, unused vertices, sheets that touch, cavities without way out, and which shells pass through each
+    other are notes, no faults. Widths are measured as `export.checks.widths` tells: notches are no walls.
 
     `ValueError` when a triangle names a vertex that is missing, a position is not finite or beyond 1e100,
     there is no triangle, or a wall or gap is not above 0.
@@ -63,8 +64,16 @@ def check(
     >>> check(Mesh(corners, faces[1:])).faults
     ('3 edges with a triangle on one side only, at (0.5, 0, 0); (0, 0.5, 0); (0.5, 0.5, 0)',)
     """
+    if not isinstance(mesh, Mesh):
+        raise ValueError(f"a Mesh is checked, found a {type(mesh).__name__}: mesh it first")
+    if not (tree is None or isinstance(tree, Tree)):
+        raise ValueError(f"the cells are a trees.Tree, found a {type(tree).__name__}")
     points, triangles = mesh.points_3d(), mesh.triangles()
     _validate(points, triangles, wall, gap)
+    used = np.zeros(len(points), dtype=bool)
+    used[triangles.ravel()] = True
+    idle = points[~used & np.isfinite(points).all(axis=1)]
+    points = points if used.all() else np.where(used[:, None], points, points[triangles[0, 0]])
     boxes = triangle_tree(points, triangles)
     edges = find_edges(triangles, len(points))
     fans, fan_vertices = find_fans(triangles, edges)
@@ -72,14 +81,16 @@ def check(
     corners = points[triangles]
     normals = _normals(corners)
     flat, sliver = _thin(triangles, corners, normals)
-    area = float(_lengths(normals).sum() / 2)
+    areas = _lengths(normals) / 2
+    area = float(areas.sum())
     closed = closed_shells(edges, shells, shell)
     euler = euler_characteristics(edges, fans, shells, shell)
     genus = [int(2 - e) // 2 if c else None for e, c in zip(euler, closed, strict=True)]
     volumes = _volumes(corners, shell, shells)
-    inverted, nested, told = misplaced_shells(boxes, shell, volumes, closed)
+    empty = closed & (np.abs(volumes) <= FLAT * np.bincount(shell, areas, minlength=shells) ** 1.5)
+    inverted, nested, told = misplaced_shells(boxes, shell, volumes, closed & ~empty)
     first = points[triangles[np.unique(shell, return_index=True)[1], 0]]
-    voids = np.setdiff1d(np.flatnonzero(closed & (volumes < 0)), np.union1d(inverted, nested))
+    voids = np.setdiff1d(np.flatnonzero(closed & ~empty & (volumes < 0)), np.union1d(inverted, nested))
     split = np.flatnonzero(np.bincount(fan_vertices, minlength=len(points)) > 1)
     same = representatives(points, triangles)
     touching = np.flatnonzero(same != np.arange(len(points)))
@@ -94,6 +105,7 @@ def check(
         fault(
             "duplicate_triangles", "triangles that stand twice", corners[_duplicates(triangles)].mean(axis=1)
         ),
+        fault("flat_shells", "shells without volume", first[empty]),
         fault("inverted_shells", "shells that are inside out", first[inverted]),
         fault("nested_shells", "shells inside solid material", first[nested]),
     ]
@@ -103,19 +115,18 @@ def check(
             "triangles less than a hundredth as high as long",
             corners[sliver].mean(axis=1),
         ),
+        fault("unused_vertices", "vertices that no triangle names", idle, int((~used).sum())),
         fault("touching_vertices", "vertices at the place of another one", points[touching]),
         fault("trapped_voids", "cavities without way out", first[voids]),
     ]
     deep = {}
     if not quick:
         edge_pairs = crossed_edges(boxes, triangles, edges, same) if len(touching) else NO_PAIRS
-        deep = _deep(boxes, corners, edge_pairs, wall, gap, faults)
+        deep = _deep(boxes, corners, shell, edge_pairs, wall, gap, faults, notes)
     counts = {one.kind: one.count for one in faults + notes}
     if tree is not None:
         faults += _against(tree, float(volumes.sum()), area)
     order = np.lexsort((np.arange(shells), -np.bincount(shell, minlength=shells)))
-    used = np.zeros(len(points), dtype=bool)
-    used[triangles.ravel()] = True
     return Report(
         triangles=len(triangles),
         vertices=int(used.sum()),
@@ -139,17 +150,25 @@ def check(
 def _deep(
     boxes: TriangleTree,
     corners: Float[np.ndarray, "t 3 3"],
+    shell: Int[np.ndarray, "t"],
     edge_pairs: Int[np.ndarray, "pairs 2"],
     wall: float | None,
     gap: float | None,
     faults: list[Fault],
+    notes: list[Fault],
 ) -> dict:
-    """Self-intersections and widths: fields of the report; their faults are appended."""
+    """Self-intersections and widths: fields of the report; their faults and notes are appended."""
     met = crossings(boxes)
-    places = meeting_places(corners, np.concatenate([met.pairs, edge_pairs]))
+    pairs = np.concatenate([met.pairs, edge_pairs])
+    places = meeting_places(corners, pairs)
+    between = np.sort(shell[pairs], axis=1)
+    apart = between[:, 0] != between[:, 1]
+    one_each = np.unique(between[apart], axis=0, return_index=True)[1]
+    meaning = "pairs of shells that pass through each other"
+    notes.append(fault("overlapping_shells", meaning, places[apart][one_each]))
     meaning = "pairs of triangles that meet elsewhere than in common corners and edges"
     faults.append(fault("self_intersections", meaning, places, met.count + len(edge_pairs)))
-    walls, gaps = walls_and_gaps(boxes)
+    walls, gaps = walls_and_gaps(boxes, wall=wall, gap=gap)
     found = {
         "intersections_complete": met.complete,
         "walls": _narrow(walls, boxes),
@@ -162,7 +181,8 @@ def _deep(
     ):
         if least is not None:
             meaning = f"places of {widths.measured} with {word} below {least:g} mm"
-            faults.append(fault(kind, meaning, widths.below(least)))
+            places = widths.below(least)
+            faults.append(fault(kind, meaning, places, len(places) * widths.share))
     return found
 
 
@@ -186,14 +206,22 @@ def _validate(
     if not len(triangles):
         raise ValueError("the mesh has no triangles: nothing to check")
     if triangles.min() < 0 or triangles.max() >= len(points):
-        raise ValueError(f"triangles name vertices {triangles.min()} to {triangles.max()} of {len(points)}")
-    if not np.isfinite(points).all():
-        raise ValueError("some vertices have positions that are not finite")
-    if np.abs(points).max() > LARGEST:
-        raise ValueError(f"some vertices lie beyond {LARGEST:g} mm: {np.abs(points).max():g}")
+        row = int(np.argmax(((triangles < 0) | (triangles >= len(points))).any(axis=1)))
+        raise ValueError(f"triangle {row} names vertices {triangles[row].tolist()} of {len(points)}")
+    sound = (np.abs(points) <= LARGEST).all(axis=1)
+    if not sound.all():
+        used = np.zeros(len(points), dtype=bool)
+        used[triangles.ravel()] = True
+        if (used & ~sound).any():
+            row = int(np.argmax(used & ~sound))
+            raise ValueError(
+                f"vertex {row} is at {points[row].tolist()}: finite lengths up to {LARGEST:g} mm are needed"
+            )
     for name, width in (("wall", wall), ("gap", gap)):
-        if width is not None and not (math.isfinite(width) and width > 0):
-            raise ValueError(f"the least {name} is above 0 mm, found {width}")
+        if width is None:
+            continue
+        if not isinstance(width, (int, float, np.number)) or not (math.isfinite(width) and width > 0):
+            raise ValueError(f"the least {name} is a length above 0 mm, found {width!r}")
 
 
 def _normals(corners: Float[np.ndarray, "t 3 3"]) -> Float[np.ndarray, "t 3"]:

@@ -1,17 +1,19 @@
 """Mesh files by their extension: writing parts, reading meshes."""
 
 import os
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from pathlib import Path
 
 import numpy as np
 
+from export.formats.damage import AGAIN, Damaged
 from export.formats.glb import write_glb
 from export.formats.obj import write_obj
 from export.formats.ply import write_ply
-from export.formats.scene import Scene
+from export.formats.scene import Scene, check_recipe
 from export.formats.stl import write_stl
 from export.formats.threemf import write_3mf
+from export.formats.welding import weld
 from ifs.mesh import Mesh
 
 _WRITERS = {
@@ -52,13 +54,21 @@ def write_part(
     export.files.UnsupportedFormat: part.step: write .3mf, .stl, .ply, .obj, .glb
     """
     check_writable(path)
+    check_recipe(recipe or {}, title)
     _WRITERS[Path(path).suffix.lower()](shape, path, recipe, title)
 
 
 def check_writable(path: str | os.PathLike[str]) -> None:
     """`UnsupportedFormat` unless `write_part` knows the extension: to ask before a long run."""
-    if Path(path).suffix.lower() not in WRITABLE:
+    if ending_of(path) not in WRITABLE:
         raise UnsupportedFormat(f"{path}: write {', '.join(WRITABLE)}")
+
+
+def ending_of(path: str | os.PathLike[str]) -> str:
+    """The ending of a path in small letters. `UnsupportedFormat` for what is no path."""
+    if not isinstance(path, (str, os.PathLike)):
+        raise UnsupportedFormat(f"the path of a file was expected, found {path!r}")
+    return Path(path).suffix.lower()
 
 
 def read_mesh(path: str | os.PathLike[str]) -> Mesh:
@@ -68,59 +78,62 @@ def read_mesh(path: str | os.PathLike[str]) -> Mesh:
     A file of several objects comes as one mesh. A unit other than millimetres is converted where the file
     names one, and GLB is in metres with y upwards. `FileNotFoundError` for a missing file,
     `UnsupportedFormat` for another extension, `UnreadableMesh` for a file that is damaged or holds no
-    triangles.
+    triangles: it tells the line or the byte, what was expected, and what to do.
     """
-    place = Path(path)
+    ending, place = ending_of(path), Path(path)
     if not place.exists():
         raise FileNotFoundError(f"{path}: there is no such file")
-    if place.suffix.lower() not in READABLE:
+    if place.is_dir():
+        raise UnreadableMesh(f"{path}: this is a folder; name a file in it")
+    if ending not in READABLE:
         raise UnsupportedFormat(f"{path}: read {', '.join(READABLE)}")
     content = place.read_bytes()
     if not content:
-        raise UnreadableMesh(f"{path}: the file is empty")
+        raise UnreadableMesh(f"{path}: the file is empty; {AGAIN}")
     try:
-        found = _read(content, place.suffix.lower())
-    except Exception as error:  # a foreign parser may raise anything on a damaged file
-        reason = f"{type(error).__name__}: {error}" if str(error) else type(error).__name__
-        raise UnreadableMesh(f"{path}: no mesh could be read ({reason})") from error
-    vertices, faces = found.vertices, found.faces
+        found = _reader(ending)(content)
+    except Damaged as error:
+        raise UnreadableMesh(f"{path}: {error}") from error
+    _check(path, found)
+    return weld(found) if ending == ".stl" else found
+
+
+def _reader(ending: str) -> Callable[[bytes], Mesh]:
+    match ending:
+        case ".3mf":
+            from export.formats.threemf_reader import read_3mf as read
+        case ".stl":
+            from export.formats.stl_reader import read_stl as read
+        case ".ply":
+            from export.formats.ply_reader import read_ply as read
+        case ".obj":
+            from export.formats.obj_reader import read_obj as read
+        case ".off":
+            from export.formats.obj_reader import read_off as read
+        case _:
+            from export.formats.glb_reader import read_glb as read
+    return read
+
+
+def _check(path: str | os.PathLike[str], mesh: Mesh) -> None:
+    """`UnreadableMesh` where triangles name vertices that are missing or not finite."""
+    vertices, faces = mesh.vertices, mesh.faces
     if not len(faces):
-        raise UnreadableMesh(f"{path}: the file holds no triangles")
-    if faces.min() < 0 or faces.max() >= len(vertices) or not np.isfinite(vertices[faces]).all():
-        raise UnreadableMesh(f"{path}: triangles name vertices that are missing or not finite")
-    if place.suffix.lower() == ".stl":
-        return weld(found)
-    return found
-
-
-def _read(content: bytes, extension: str) -> Mesh:
-    import trimesh
-
-    from export.formats.glb_reader import read_glb
-
-    if extension == ".glb":
-        return read_glb(content)
-    scene = trimesh.load_scene(trimesh.util.wrap_as_stream(content), file_type=extension[1:], process=False)
-    loaded = scene.to_mesh()
-    # a file without a unit is in millimetres
-    if scene.units and scene.units not in ("mm", "millimeter", "millimeters"):
-        loaded.units = scene.units
-        loaded = loaded.convert_units("mm")
-    vertices = np.asarray(loaded.vertices, dtype=np.float64).reshape(-1, 3)
-    return Mesh(vertices, np.asarray(loaded.faces, dtype=np.int64).reshape(-1, 3))
-
-
-def weld(mesh: Mesh) -> Mesh:
-    """The same triangles with equal positions as one vertex, vertices sorted.
-
-    >>> corners = np.array([[1.0, 0, 0], [0, 1, 0], [0, 0, 1], [1, 0, 0]])
-    >>> weld(Mesh(corners, np.array([[0, 1, 2], [3, 2, 1]]))).vertices.shape
-    (3, 3)
-    """
-    points = mesh.points_3d() + 0.0
-    order = np.lexsort(points.T[::-1])
-    new = np.ones(len(points), dtype=bool)
-    new[1:] = (np.diff(points[order], axis=0) != 0).any(axis=1)
-    number = np.empty(len(points), dtype=np.int64)
-    number[order] = np.cumsum(new) - 1
-    return Mesh(points[order][new], number[mesh.triangles()])
+        raise UnreadableMesh(f"{path}: the file holds no triangles; {AGAIN} as a mesh")
+    if faces.min() < 0 or faces.max() >= len(vertices):
+        wrong = ((faces < 0) | (faces >= len(vertices))).any(axis=1)
+        row = int(np.argmax(wrong))
+        raise UnreadableMesh(
+            f"{path}: triangle {row} (counted from 0) is {faces[row].tolist()}: vertices from 0 to "
+            f"{len(vertices) - 1} were expected; {AGAIN}"
+        )
+    if not np.isfinite(vertices).all():
+        used = np.zeros(len(vertices), dtype=bool)
+        used[faces.ravel()] = True
+        wrong = used & ~np.isfinite(vertices).all(axis=1)
+        if wrong.any():
+            row = int(np.argmax(wrong))
+            raise UnreadableMesh(
+                f"{path}: vertex {row} (counted from 0) is {vertices[row].tolist()}: finite numbers were "
+                f"expected; {AGAIN}"
+            )

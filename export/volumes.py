@@ -37,6 +37,8 @@ def write_volume(
     [0.0625, 0.0625, 0.0625, 0.0625]
     """
     check_writable(path)
+    if not isinstance(density, Density):
+        raise ValueError(f"a Density is written, found a {type(density).__name__}: sets go to write_cells")
     values, origin = _in_space(density)
     if not np.isfinite(values).all():
         raise ValueError("the density has amounts that are not finite in 32 bits; scale it")

@@ -62,7 +62,7 @@ def test_the_answer_as_text_json_and_picture(tmp_path, capsys, cross) -> None:
     assert values["self_intersections"] == next(
         one["count"] for one in values["faults"] if one["kind"] == "self_intersections"
     )
-    assert [one["kind"] for one in values["notes"]] == ["trapped_voids"]
+    assert [one["kind"] for one in values["notes"]] == ["trapped_voids", "overlapping_shells"]
     assert len(values["overhangs"]) == 6
     assert "fails the check" in said.err
     with Image.open(picture) as drawn:

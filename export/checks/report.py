@@ -75,8 +75,10 @@ class Report:
     `self_intersections` counts pairs of triangles, None when they were not looked for;
     `intersections_complete` is False where the search was given up, so that there may be more.
     `walls` and `gaps` are the thinnest and narrowest ones, empty where nothing lies opposite
-    anything or nothing was measured, among `measured` places. `trapped_voids` are cavities without
-    way out, of `void_volume` together. `tree_volume` is that of the set of cells the mesh should bound.
+    anything or nothing was measured, among `measured` places. `overlapping_shells` counts pairs of
+    shells that cross among the pairs of triangles that are named (10 000 at most).
+    `trapped_voids` are cavities without way out, of `void_volume` together.
+    `tree_volume` is that of the set of cells the mesh should bound.
     `overhangs` has six positions, the best first. `print_time` is in seconds.
 
     `details` are the faults; `notes` are no faults, but worth knowing.
@@ -100,6 +102,9 @@ class Report:
     inverted_shells: int
     nested_shells: int
     nesting_tested: bool
+    flat_shells: int = 0
+    overlapping_shells: int = 0
+    unused_vertices: int = 0
     sliver_triangles: int = 0
     touching_vertices: int = 0
     self_intersections: int | None = None

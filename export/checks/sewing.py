@@ -2,7 +2,7 @@
 
 from export.checks.adjacency import find_edges
 from export.checks.report import Fault
-from export.files import weld
+from export.formats.welding import weld
 from ifs.mesh import Mesh
 
 

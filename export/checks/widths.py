@@ -14,17 +14,28 @@ MOST = 1_000_000  # places that are measured where there are more
 OPPOSITE = np.cos(np.radians(45.0))
 WORK = 2_000_000_000  # boxes that rays look at in each direction
 CHUNK = 20_000  # rays between two moments at which it can be interrupted
+GAIN, MORE = (
+    1.25,
+    0.75,
+)  # a ball this much wider than a place, more so when it is farther off, makes it a notch
+JUDGED = 5_000  # places below a limit for which balls are looked for
+ENOUGH = 250  # walls, where there is no limit
+BALLS = 1_000_000_000  # boxes looked at for balls; places after that count as walls
 NEAR = 1e-9  # of the size: what is nearer than that lies at 0
 GOLDEN = (0.7548776662466927, 0.5698402909980532)  # 1/g, 1/g² with g³ = g + 1: evenly spread in the plane
 
 
 @dataclass(frozen=True, eq=False)
 class Widths:
-    """Widths (mm) in rising order and the places in their middles; `measured` places were looked at."""
+    """Widths (mm) in rising order and the places in their middles; `measured` places were looked at.
+
+    Where very many are below the limit, each of those here stands for `share` of them.
+    """
 
     widths: Float[np.ndarray, "n"]
     places: Float[np.ndarray, "n 3"]
     measured: int
+    share: int = 1
 
     @property
     def least(self) -> float | None:
@@ -47,21 +58,30 @@ class Widths:
         return chosen
 
 
-def walls_and_gaps(tree: TriangleTree, most: int = MOST) -> tuple[Widths, Widths]:
+def walls_and_gaps(
+    tree: TriangleTree, most: int = MOST, wall: float | None = None, gap: float | None = None
+) -> tuple[Widths, Widths]:
     """The thickness of the material under places of the surface, and the width of the space above.
 
     From a place on a triangle a ray goes square to it, inward for walls and outward for gaps, up
     to the first triangle that it meets. That is a wall (a gap) where the two triangles are turned against
     each other within 45 degrees; a ray that ends on a triangle turned otherwise measures nothing,
-    so that the corner of a cube is no thin wall, and the edge of a knife below 45 degrees is one.
+    so that the corner of a cube is no thin wall.
+
+    A notch, a scratch or a bump is no wall either: a width w does not count where a ball that fits into
+    the material (the space) and is at least `5/4 w` across contains the middle of the ray, or one of
+    `(5/4 + 3/4 s) w` comes as near to it as s w, with s up to 1. So a wall reaches farther than its own
+    thickness, the edge of a knife is one up to about 25 degrees, and a scratch makes a wall no thinner than
+    by a fifth. Of the balls a few around the place are tried, so that a notch may be taken for a wall,
+    never a wall for a notch.
 
     Each length is right to a billionth of the size of the mesh; the least of them is the thinnest wall at
     the places looked at, so that a thinner one may be missed, never one made up. Places are
     the middles of the triangles (of every n-th along a curve through space, above `most`), and
-    more on large ones, at least 60 000. In a wedge of angle a rays are longer than the way across
-    by 1 / cos a, at most 1.42; on curved walls they are longer in second order. A triangle that is
-    turned away from the surface it stands for, as in the bottom of a notch between voxels, measures along
-    its own normal, a shorter way there than straight through the wall.
+    more on large ones, at least 60 000. Of these, balls judge the narrowest until 250 walls are found,
+    and those below `wall` and `gap` (mm), 5 000 evenly spread ones at most; the answer holds
+    what was judged. In a wedge of angle a rays are longer than the way across by 1 / cos a; on curved walls
+    they are longer in second order.
     """
     own, origins = _places(tree, most)
     normals = _normals(tree)
@@ -69,15 +89,58 @@ def walls_and_gaps(tree: TriangleTree, most: int = MOST) -> tuple[Widths, Widths
     own, origins = own[kept], origins[kept]
     outward = normals[own]
     found = []
-    for leaving in (True, False):
+    for leaving, limit in ((True, wall), (False, gap)):
         direction = np.ascontiguousarray(-outward if leaving else outward)
         distances, hits = _follow(tree, origins, direction, own, leaving)
         met = hits >= 0
         met[met] = _opposite(outward[met], normals[hits[met]])
-        found.append(
-            _sorted(distances[met], origins[met], direction[met], tree.scale, int((hits > -2).sum()))
-        )
+        measured = int((hits > -2).sum())
+        found.append(_judged(tree, distances[met], origins[met], direction[met], limit, measured))
     return found[0], found[1]
+
+
+def _judged(
+    tree: TriangleTree,
+    widths: Float[np.ndarray, "n"],
+    origins: Float[np.ndarray, "n 3"],
+    directions: Float[np.ndarray, "n 3"],
+    limit: float | None,
+    measured: int,
+) -> Widths:
+    """The widths that balls beside them leave standing, from the least on."""
+    order = np.argsort(widths, kind="stable")
+    widths, directions = widths[order], directions[order]
+    middles = origins[order] + directions * widths[:, None] / 2
+    low = 0 if limit is None else int(np.searchsorted(widths, limit / tree.scale))
+    share = -(-low // JUDGED) or 1
+    chosen = _standing(tree, widths, middles, directions, np.arange(0, low, share), BALLS)
+    step, judged = 1, low
+    while len(chosen) < ENOUGH and judged < len(widths):
+        rows = np.arange(judged, min(judged + step * ENOUGH, len(widths)), step)
+        chosen = np.concatenate([chosen, _standing(tree, widths, middles, directions, rows, BALLS)])
+        judged, step = int(rows[-1]) + step, 2 * step
+    return Widths(widths[chosen] * tree.scale, middles[chosen] * tree.scale, measured, share)
+
+
+def _standing(
+    tree: TriangleTree,
+    widths: Float[np.ndarray, "n"],
+    middles: Float[np.ndarray, "n 3"],
+    directions: Float[np.ndarray, "n 3"],
+    rows: Int[np.ndarray, "m"],
+    budget: int,
+) -> Int[np.ndarray, "kept"]:
+    """The rows at which no larger ball fits beside."""
+    from export.checks.balls import thicker_beside
+
+    kept = []
+    for start in range(0, len(rows), 1000):
+        some = rows[start : start + 1000]
+        thicker, budget = thicker_beside(
+            *tree.parts, middles[some], directions[some], widths[some], GAIN, MORE, budget
+        )
+        kept.append(some[~thicker])
+    return np.concatenate(kept) if kept else np.zeros(0, dtype=np.int64)
 
 
 def _follow(
@@ -106,18 +169,6 @@ def _follow(
 
 def _opposite(one: Float[np.ndarray, "n 3"], other: Float[np.ndarray, "n 3"]) -> Bool[np.ndarray, "n"]:
     return (one * other).sum(axis=1) <= -OPPOSITE
-
-
-def _sorted(
-    widths: Float[np.ndarray, "n"],
-    origins: Float[np.ndarray, "n 3"],
-    directions: Float[np.ndarray, "n 3"],
-    scale: float,
-    measured: int,
-) -> Widths:
-    middles = origins + directions * widths[:, None] / 2
-    order = np.argsort(widths, kind="stable")
-    return Widths(widths[order] * scale, middles[order] * scale, measured)
 
 
 def _normals(tree: TriangleTree) -> Float[np.ndarray, "t 3"]:

@@ -55,7 +55,8 @@ def write_ply(
             corners, colours = triangles(body.mesh), _colours(body) if coloured else None
             for start in range(0, len(corners), ROWS):
                 some = corners[start : start + ROWS]
-                table["corners"][: len(some)] = some + first
+                for k in range(3):
+                    np.add(some[:, k], first, out=table["corners"][: len(some), k], casting="unsafe")
                 if colours is not None:
                     table["colour"][: len(some)] = colours[start : start + ROWS]
                 file.write(table[: len(some)].data)

@@ -1,6 +1,6 @@
 """What a file of several bodies holds: meshes, their colours, and where each of them stands."""
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, field
 
 import numpy as np
@@ -22,6 +22,10 @@ class WrongScene(ValueError):
     """Bodies, colours or places that do not belong together."""
 
 
+class WrongRecipe(ValueError):
+    """A recipe or a title that is no text."""
+
+
 @dataclass(frozen=True, eq=False)
 class Body:
     """One mesh (mm) with its name and its colours.
@@ -40,6 +44,10 @@ class Body:
     colours: Real[np.ndarray, "rows channels"] | None = None
 
     def __post_init__(self):
+        if not isinstance(self.mesh, Mesh):
+            raise WrongScene(f"a body is a Mesh, found a {type(self.mesh).__name__}")
+        if not isinstance(self.name, str):
+            raise WrongScene(f"the name of a body is text, found {self.name!r}")
         if self.colours is None:
             return
         rows, channels = self.colours.shape
@@ -90,10 +98,12 @@ class Scene:
     together: bool = True
 
     def __post_init__(self):
+        if not isinstance(self.bodies, tuple) or not all(isinstance(body, Body) for body in self.bodies):
+            raise WrongScene("the bodies of a scene are a tuple of Body; write Scene((Body(mesh),))")
         if not self.bodies:
             raise WrongScene("a scene without bodies")
         for number, place in enumerate(self.places):
-            if not 0 <= place.body < len(self.bodies):
+            if not isinstance(place.body, (int, np.integer)) or not 0 <= place.body < len(self.bodies):
                 raise WrongScene(f"place {number} is of body {place.body}: there are {len(self.bodies)}")
             linear = place.transform[:3, :3]
             if not np.isfinite(place.transform).all() or (place.transform[3] != [0, 0, 0, 1]).any():
@@ -108,8 +118,19 @@ class Scene:
 
 
 def scene_of(shape: Mesh | Scene, title: str = "") -> Scene:
-    """A mesh as a scene of one body of this name."""
+    """A mesh as a scene of one body of this name. Raises `WrongMesh` for what is neither."""
+    if not isinstance(shape, (Mesh, Scene)):
+        raise WrongMesh(f"a Mesh or a Scene is written, found a {type(shape).__name__}: mesh it first")
     return shape if isinstance(shape, Scene) else Scene((Body(shape, title),))
+
+
+def check_recipe(recipe: Mapping[str, str], title: str = "") -> None:
+    """Raises `WrongRecipe` where a recipe or a title is no text, with the key."""
+    if not isinstance(recipe, Mapping):
+        raise WrongRecipe(f"a recipe has keys and values, found a {type(recipe).__name__}")
+    for key, value in (*recipe.items(), ("title", title)):
+        if not isinstance(key, str) or not isinstance(value, str):
+            raise WrongRecipe(f"recipe {key!r} is {value!r}: text is needed; write str(...)")
 
 
 def check_scene(scene: Scene) -> None:

@@ -9,16 +9,16 @@ import zlib
 from collections.abc import Callable, Iterator, Mapping
 from fractions import Fraction
 from importlib.metadata import version
-from pathlib import Path
 
 import numpy as np
 from jaxtyping import Int64
 
-from export.files import UnsupportedFormat
+from export.files import UnsupportedFormat, ending_of
 from export.formats.archive import zip_archive
 from export.formats.atomic import whole_file, whole_folder
 from export.formats.deflate import zlib_stream
 from export.formats.layers import CellBox, Picture, cell_box, layers
+from export.formats.scene import check_recipe
 from trees.tree import Tree
 
 FORMATS = ("png", "svg")
@@ -52,7 +52,7 @@ def write_slices(
     of the box lies, and in which order the files come. One layer is kept at a time.
 
     The answer is the number of layers. Whole or not at all; the same arguments give the same bytes. Raises
-    `UnsupportedFormat` for another format or ending, `WrongSlices`, and `OSError`, of which
+    `UnsupportedFormat` for another format or ending, `WrongSlices`, `WrongRecipe`, and `OSError`, of which
     `FileExistsError` for a folder that is not empty.
 
     >>> import tempfile, zipfile
@@ -63,9 +63,12 @@ def write_slices(
     >>> zipfile.ZipFile(place).namelist()
     ['manifest.json', '000000.svg', '000001.svg']
     """
+    if not isinstance(tree, Tree):
+        raise WrongSlices(f"slices are of a trees.Tree, found a {type(tree).__name__}: voxelise it first")
     if format not in FORMATS:
         raise UnsupportedFormat(f"slices as {format!r}: write {', '.join(FORMATS)}")
-    ending = Path(path).suffix.lower()
+    ending = ending_of(path)
+    check_recipe(recipe or {})
     if ending not in ("", ".zip"):
         raise UnsupportedFormat(f"{path}: write .zip, or a folder whose name has no ending")
     if tree.dimension != 3:
@@ -75,7 +78,7 @@ def write_slices(
     box = cell_box(tree)
     if box is None:
         raise WrongSlices("the set is empty: there is nothing to slice")
-    height = tree.cell_size if layer_height is None else float(layer_height)
+    height = tree.cell_size if layer_height is None else _length(layer_height)
     cells = _heights(tree, box, height)
     picture_of = _png if format == "png" else _svg
     told = _manifest(tree, box, format, height, len(cells), recipe or {})
@@ -92,6 +95,12 @@ def write_slices(
     return len(cells)
 
 
+def _length(height: object) -> float:
+    if isinstance(height, bool) or not isinstance(height, (int, float, Fraction, np.number)):
+        raise WrongSlices(f"the layer height is a length above 0 mm, found {height!r}")
+    return float(height)
+
+
 def _heights(tree: Tree, box: CellBox, height: float) -> Int64[np.ndarray, " layers"]:
     """The z of the cells in the middle of each layer, in exact arithmetic."""
     if not (math.isfinite(height) and height > 0):
@@ -100,12 +109,16 @@ def _heights(tree: Tree, box: CellBox, height: float) -> Int64[np.ndarray, " lay
     tall = int(box.sides[2])
     count = max(1, math.ceil(tall / step - THINNEST))
     if count > MOST_LAYERS:
-        raise WrongSlices(f"{count} layers of {height} mm: at most {MOST_LAYERS}; take higher layers")
+        raise WrongSlices(f"{_many(count)} layers of {height} mm: at most {MOST_LAYERS}; take higher layers")
     pixels = int(box.sides[0]) * int(box.sides[1])
     if pixels > MOST_PIXELS:
         raise WrongSlices(f"layers of {pixels} cells: at most {MOST_PIXELS}; take a coarser tree")
     middles = [min(math.floor((2 * layer + 1) * step / 2), tall - 1) for layer in range(count)]
     return np.array(middles, dtype=np.int64) + box.low[2]
+
+
+def _many(count: int) -> str:
+    return str(count) if count < 10**12 else "more than 10^12"
 
 
 def _name(number: int, format: str) -> str:

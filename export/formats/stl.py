@@ -9,7 +9,7 @@ from export.formats.scene import Scene, check_scene, placed, scene_of, triangles
 from ifs.mesh import Mesh
 
 STL_HEADER = b"bcifs binary STL, lengths in millimetres".ljust(80)
-WORDS = 25  # of 16 bits: a normal and three corners in single precision, and two bytes that are 0
+ROW = np.dtype([("numbers", "<f4", 12), ("rest", "<u2")])  # a normal and three corners
 ROWS = 1 << 16  # written at a time
 
 
@@ -29,13 +29,12 @@ def write_stl(shape: Mesh | Scene, path: str | os.PathLike[str]) -> None:
 
     scene = scene_of(shape)
     check_scene(scene)
-    meshes = [body.mesh for body in placed(scene)]
-    rows = np.zeros((ROWS, WORDS), dtype="<u2")
+    rows = np.zeros(ROWS, dtype=ROW)
     with whole_file(path) as file:
         file.write(STL_HEADER + bytes(4))
         count = 0
-        for mesh in meshes:
-            points, corners = mesh.points_3d().astype(np.float32), triangles(mesh)
+        for body in placed(scene):
+            points, corners = body.mesh.points_3d().astype(np.float32), triangles(body.mesh)
             for start in range(0, len(corners), ROWS):
                 some = corners[start : start + ROWS]
                 fill(points, some, rows)

@@ -1,9 +1,9 @@
 """Sets of cells as volume files of other programs, by their extension."""
 
 import os
-from pathlib import Path
 
-from export.files import UnsupportedFormat
+from export.files import UnsupportedFormat, ending_of
+from trees.errors import TreeError
 from trees.tree import Tree
 
 TREE_ENDINGS = (".vdb", ".htg")
@@ -26,7 +26,10 @@ def write_cells(tree: Tree, path: str | os.PathLike[str]) -> None:
     """
     from trees.files import write_hypertree_grid, write_vdb
 
-    match Path(path).suffix.lower():
+    ending = ending_of(path)
+    if not isinstance(tree, Tree):
+        raise TreeError(f"a trees.Tree is written, found a {type(tree).__name__}: voxelise it first")
+    match ending:
         case ".vdb":
             write_vdb(tree, path)
         case ".htg":
