@@ -1,114 +1,47 @@
-"""From an attractor to a file: voxels, meshes and formats, beside the peers.
+"""From an attractor to a file: voxels, meshes, unions and formats, beside the peers.
 
-`python -m bench.parts [SIDE]`, SIDE 256 unless given. VTK's flying edges and scikit-image's marching cubes
-mesh the same voxels, lib3mf writes the same triangles from Python, and a frontier in NumPy voxelises the same
-sponge. All on one thread; the least of two runs.
+`python -m bench.parts [SIDE] [--level LEVEL] [--only WORD]`: SIDE is a power of two, 256 unless given, LEVEL
+that of the sponge whose cubes are united, 3 unless given (4 takes manifold3d minutes); with a word only the
+tasks whose title holds it. Each way runs in a process of its own (`bench.contest`). A peer that is not
+installed, or needs more than 20 GiB, or more than is free, is left out with the reason. Ratios are to
+the first way of a table, and the goals stand below it.
 """
 
-import importlib
-import importlib.util
-import sys
-import tempfile
+import argparse
 from collections.abc import Iterator
-from pathlib import Path
 
-import numpy as np
-
-from bench.sets import least, menger, once, sphere
+from bench.contest import Contest, rows
 
 
-def report(side: int = 256) -> Iterator[str]:
+def contests(side: int, level: int) -> list[Contest]:
+    """All tasks, in the order of the work."""
+    from bench import parts_files, parts_meshing, parts_unions, parts_voxelising
+
+    return [
+        *parts_voxelising.contests(side),
+        *parts_meshing.contests(side),
+        *parts_unions.contests(level),
+        *parts_files.contests(side),
+    ]
+
+
+def report(side: int = 256, level: int = 3, only: str = "") -> Iterator[str]:
     """The lines of the benchmark."""
-    yield f"Parts on {side}^3 voxels, in seconds."
-    yield from _voxels()
-    for name, array in (("sphere", sphere(side)), ("Menger sponge", menger(side))):
-        yield from _meshes(name, array)
-    yield from _files(sphere(side))
+    yield f"Parts at {side} voxels a side: least time of up to three runs, largest memory with the input."
+    for contest in contests(side, level):
+        if only.lower() in contest.title.lower():
+            yield from rows(contest)
 
 
-def _voxels() -> Iterator[str]:
-    import ifs
-    from export import voxelise
-
-    sponge = ifs.shape("menger-sponge")
-    own = least(lambda: voxelise(sponge, 243), 2)
-    yield f"sponge at 243: {own:.3f}, its cubes by a frontier in NumPy {once(lambda: _frontier(5)):.3f}"
-    tetrahedron = ifs.shape("sierpinski-tetrahedron", control=np.vstack([np.zeros(3), np.eye(3)]) * 64)
-    own = least(lambda: voxelise(tetrahedron, 2**18), 2)
-    yield f"Sierpinski's tetrahedron of a lattice at 2^18 a side: {own:.3f}"
-
-
-def _frontier(level: int) -> np.ndarray:
-    """The corners of the cubes of a level of the sponge, all of a level at once."""
-    offsets = np.array([c for c in np.ndindex(3, 3, 3) if sum(x == 1 for x in c) < 2])
-    corners = np.zeros((1, 3), dtype=np.int64)
-    for _ in range(level):
-        corners = (3 * corners[:, None] + offsets).reshape(-1, 3)
-    filled = np.zeros((3**level,) * 3, dtype=bool)
-    filled[tuple(corners.T)] = True
-    return filled
-
-
-def _meshes(name: str, array: np.ndarray) -> Iterator[str]:
-    from export import skin
-    from trees import from_array
-
-    tree = from_array(array)
-    exact, smooth = least(lambda: skin(tree), 2), least(lambda: skin(tree, "smooth"), 2)
-    line = f"{name}, {len(skin(tree).faces)} triangles: exact {exact:.3f}, smooth {smooth:.3f}"
-    line += f", VTK's flying edges {_flying_edges(array):.3f}"
-    if importlib.util.find_spec("skimage"):
-        measure = importlib.import_module("skimage.measure")
-        padded = np.pad(array, 1).astype(np.float32)
-        line += f", scikit-image's marching cubes {once(lambda: measure.marching_cubes(padded, 0.5)):.3f}"
-    yield line
-
-
-def _flying_edges(array: np.ndarray) -> float:
-    import vtk
-
-    vtk.vtkSMPTools.Initialize(1)
-    import pyvista
-
-    grid = pyvista.ImageData(dimensions=np.array(array.shape) + 2)
-    grid.point_data["black"] = np.pad(array, 1).astype(np.uint8).ravel(order="F")
-    return least(lambda: grid.contour([0.5], scalars="black", method="flying_edges"), 1)
-
-
-def _files(array: np.ndarray) -> Iterator[str]:
-    from export import skin, write_part
-    from trees import from_array
-
-    mesh = skin(from_array(array), "smooth")
-    with tempfile.TemporaryDirectory() as folder:
-        yield f"files of {len(mesh.faces)} triangles:"
-        for ending in ("3mf", "stl", "ply", "obj", "glb"):
-            path = Path(folder) / f"part.{ending}"
-            seconds = least(lambda path=path: write_part(mesh, path, {}, "part"), 1)
-            size = path.stat().st_size
-            raw = once(lambda size=size: (Path(folder) / "raw").write_bytes(bytes(size)))
-            yield f"  {ending}: {seconds:.3f}, {size / 1e6:.1f} MB, as many zeros {raw:.3f}"
-        yield f"  lib3mf: {once(lambda: _lib3mf(mesh, Path(folder) / 'peer.3mf')):.3f}"
-
-
-def _lib3mf(mesh, path: Path) -> None:
-    import lib3mf
-    from lib3mf import get_wrapper
-
-    wrapper = get_wrapper()
-    model = wrapper.CreateModel()
-    assert model is not None
-    thing = model.AddMeshObject()
-    assert thing is not None
-    vertices = [lib3mf.Position(tuple(point)) for point in mesh.vertices.tolist()]
-    triangles = [lib3mf.Triangle(tuple(face)) for face in mesh.faces.tolist()]
-    thing.SetGeometry(vertices, triangles)
-    model.AddBuildItem(thing, wrapper.GetIdentityTransform())
-    writer = model.QueryWriter("3mf")
-    assert writer is not None
-    writer.WriteToFile(str(path))
+def _asked() -> argparse.Namespace:
+    parser = argparse.ArgumentParser(prog="python -m bench.parts", description=(__doc__ or "").split("\n")[0])
+    sides = [2**bits for bits in range(6, 12)]
+    parser.add_argument("side", nargs="?", type=int, default=256, choices=sides, help="voxels a side")
+    parser.add_argument("--level", type=int, default=3, choices=(1, 2, 3, 4), help="of the sponge")
+    parser.add_argument("--only", default="", help="tasks whose title holds this word")
+    return parser.parse_args()
 
 
 if __name__ == "__main__":
-    for text in report(int(sys.argv[1]) if len(sys.argv) > 1 else 256):
-        print(text, flush=True)
+    for line in report(**vars(_asked())):
+        print(line, flush=True)
