@@ -10,10 +10,13 @@ from bcifs import (
     choose_command,
     graph_command,
     map_command,
+    print_command,
     products,
+    slices_command,
     smooth_command,
 )
 from bcifs.behaviours import command as behaviour_command
+from bcifs.grouped_help import Grouped
 
 app = typer.Typer(
     name="bcifs",
@@ -51,7 +54,8 @@ for name, command in (
     ("info", answers.info),
     ("render", products.render),
     ("mesh", products.mesh),
-    ("print", products.print_part),
+    ("print", print_command.print_part),
+    ("slices", slices_command.slices),
     ("smooth", smooth_command.smooth),
     ("check", check_command.check),
     ("fld", behaviour_command.fld),
@@ -59,4 +63,4 @@ for name, command in (
     ("graph", graph_command.graph),
     ("list", answers.list_builtin),
 ):
-    app.command(name)(command)
+    app.command(name, cls=Grouped)(command)

@@ -1,6 +1,7 @@
 """Distances to the points, segments or triangles of a mesh."""
 
 import math
+from collections.abc import Callable
 from functools import cached_property
 
 import numpy as np
@@ -37,22 +38,57 @@ class Facets:
         edges = self.simplices - np.roll(self.simplices, 1, axis=1)
         return math.sqrt(float((edges**2).sum(axis=2).max()))
 
-    def distance(self, places: Places) -> Float[np.ndarray, "places"]:
-        """How far places (mm) are from the nearest facet."""
+    def distance(self, places: Places, metric: str = "euclidean") -> Float[np.ndarray, "places"]:
+        """How far places (mm) are from the nearest facet, by the metric "euclidean" or "d-infinity"."""
+        far = _euclidean if metric == "euclidean" else _box_distances
+        order = 2 if metric == "euclidean" else np.inf
         if self.simplices.shape[1] == 1:
-            return self.tree.query(places, workers=-1)[0]
-        found = [self._distance(places[i : i + BATCH]) for i in range(0, len(places), BATCH)]
+            return self.tree.query(places, p=order, workers=-1)[0]
+        parts = (places[i : i + BATCH] for i in range(0, len(places), BATCH))
+        found = [self._distance(part, far, order) for part in parts]
         return np.concatenate(found) if found else np.zeros(0)
 
-    def _distance(self, places: Places) -> Float[np.ndarray, "places"]:
+    def _distance(self, places: Places, far: Callable, order: float) -> Float[np.ndarray, "places"]:
         count = min(CANDIDATES, len(self.simplices))
-        near = np.reshape(self.tree.query(places, k=count, workers=-1)[1], (len(places), count))
+        near = np.reshape(self.tree.query(places, k=count, p=order, workers=-1)[1], (len(places), count))
         best = np.full(len(places), np.inf)
-        closest = _on_segments if self.simplices.shape[1] == 2 else _on_triangles
         for column in near.T:
-            gap = closest(self.simplices[column], places) - places
-            best = np.minimum(best, np.einsum("pd,pd->p", gap, gap))
-        return np.sqrt(best)
+            best = np.minimum(best, far(self.simplices[column], places))
+        return best
+
+
+def _euclidean(
+    simplices: Float[np.ndarray, "places corners 3"], places: Places
+) -> Float[np.ndarray, "places"]:
+    closest = _on_segments if simplices.shape[1] == 2 else _on_triangles
+    gap = closest(simplices, places) - places
+    return np.sqrt(np.einsum("pd,pd->p", gap, gap))
+
+
+def _box_distances(
+    simplices: Float[np.ndarray, "places corners 3"], places: Places
+) -> Float[np.ndarray, "places"]:
+    """The half side of the smallest box about each place, square to the axes, that meets its simplex.
+
+    A box and a simplex are apart where they are apart along an axis of space, the normal of the simplex, or
+    the product of one of its edges with an axis of space (Gottschalk, Lin and Manocha, OBBTree, 1996). Along
+    n the box reaches `half side * sum |n_i|`; so the answer is the largest `gap / sum |n_i|`.
+    """
+    corners = simplices - places[:, None]
+    edges = np.roll(simplices, -1, axis=1) - simplices
+    edges = edges[:, : 1 if simplices.shape[1] == 2 else 3]
+    axes = np.eye(3)
+    normals = [np.broadcast_to(axis, places.shape) for axis in axes]
+    normals += [np.cross(edges[:, k], axis) for k in range(edges.shape[1]) for axis in axes]
+    if simplices.shape[1] == 3:
+        normals.append(np.cross(edges[:, 0], edges[:, 1]))
+    found = np.zeros(len(places))
+    for normal in normals:
+        along = np.einsum("pcd,pd->pc", corners, normal)
+        gap = np.maximum(along.min(axis=1), -along.max(axis=1))
+        reach = np.abs(normal).sum(axis=1)
+        found = np.maximum(found, gap / np.where(reach > 0, reach, np.inf))
+    return found
 
 
 def _on_segments(segments: Float[np.ndarray, "places 2 3"], places: Places) -> Places:

@@ -1,37 +1,42 @@
-"""From a shape to a part: cover, thickening, surface and check in one call."""
+"""From a shape to a part: cover, thickening, what makes it printable, surface and check in one call."""
 
 import math
-from collections.abc import Mapping
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from importlib.metadata import version
-from typing import Literal
+
+import numpy as np
 
 from export.check import Report, check
-from export.facets import Facets
+from export.meshing.grading import Grading, graded
+from export.meshing.patched import Wishes, check_wishes
 from export.meshing.skin import skin
-from export.thicken import thicken
-from export.voxels.estimate import Budget
-from export.voxels.frame import lattice_resolution
-from export.voxels.voxelise import Cover, Progress, voxelise
-from ifs import Mesh, Shape, bounding_box, draw, initial, refine
+from export.prepare import ACROSS, BUDGET, LARGE, TooThick, TooThin, prepare
+from export.printable.fitting import DoesNotFit, fits
+from export.printable.frame import box_of, mm_of
+from export.printable.requests import Printable
+from export.printable.steps import Step
+from export.voxels.estimate import Budget, Prediction
+from export.voxels.voxelise import Progress
+from ifs import Mesh, Shape
 from trees import Tree
 
-RESOLUTION = 200
-BUDGET = Budget(triangles=60_000_000, memory=8 * 2**30)
-MOST_THICKENED = 2_000_000_000
-LARGE = 300  # voxels along a side from which on the amounts are predicted first
-MOST_FACETS = 100_000
-DEEPEST = 29
+__all__ = ["BUDGET", "LARGE", "Part", "TooThick", "TooThin", "make_part"]
 
 
 @dataclass(frozen=True)
 class Part:
-    """A printable mesh in millimetres, the voxels it bounds, the report of its check, and its recipe."""
+    """A printable mesh in millimetres, the voxels it bounds, the report of its check, and its recipe.
+
+    `steps` say what was done to the voxels to make them printable. Where contacts are joined, the mesh bounds
+    a few voxels more: those that `export.meshing.joining.join_contacts` adds.
+    """
 
     mesh: Mesh
     tree: Tree
     report: Report
     recipe: Mapping[str, str]
+    steps: tuple[Step, ...] = ()
 
 
 def make_part(
@@ -39,105 +44,135 @@ def make_part(
     *,
     size: float | None = None,
     resolution: int | None = None,
+    pitch: float | None = None,
     thickness: float = 0.0,
+    thicken_by: str = "ball",
     depth: int | None = None,
-    style: Literal["smooth", "exact"] | None = None,
+    style: str | None = None,
+    contacts: str = "join",
+    merge: bool = False,
+    features: float | None = None,
+    grading: Grading | None = None,
+    printable: Printable | None = None,
     budget: Budget = BUDGET,
+    predicted: Callable[[Prediction], None] | None = None,
     progress: Progress | None = None,
 ) -> Part:
-    """Voxelise a shape, thicken it, and mesh the boundary.
+    """Voxelise a shape, thicken it, make it printable, and mesh the boundary.
 
     `size` is the longest side of the shape in millimetres (by default its control points are taken as
-    they are); `resolution` the voxels along that side, 200 unless the pieces at `depth` lie on a
-    lattice, whose own grid is then taken; `thickness` the diameter in millimetres of the ball that
-    is swept over the shape, so that walls are that thick to within about a voxel (0 keeps the voxels);
-    `depth` prints the solid pieces of that level instead of the limit. The surface is smooth when the
+    they are); `resolution` the voxels along that side, or `pitch` the side of a voxel (mm). Left out, it is
+    200, or the grid of the pieces at `depth` where they lie on a lattice, or so much finer that walls are two
+    voxels thick. `thickness` is the diameter in millimetres of the ball (or, `thicken_by="box"`, the side of
+    the box) that is swept over the shape (0 keeps the voxels). In the smooth style a wall is that thick to a
+    quarter of a voxel from two voxels on; below it may be up to a voxel thicker, which is told in the steps,
+    and below one it is refused. In the exact style it is that thick to two voxels.
+    `depth` prints the pieces of that level as solids instead of the limit: the figures that their cells state
+    (tetrahedra of the Sierpinski tetrahedron; `size` is then that of these figures), else the boxes around
+    them (cubes of the sponge). The surface is smooth when the
     shape is thickened and else shows its voxels, unless `style` says otherwise. Where voxels touch at an
-    edge or a corner only they are joined. From 300 voxels a side on, amounts are predicted before any
-    work, and compared with `budget`: 60 million triangles and 8 GiB unless given, beyond which it refuses; a
+    edge or a corner only they are joined, or, `contacts="separate"`, kept apart. `merge` makes rectangles of
+    the squares of the exact style, `features` keeps edges and corners of a thickened shape from an angle in
+    degrees on, `grading` takes blocks of voxels outside of regions: see `export.skin`. `printable` says what
+    else is to be done to the voxels, from least walls to drains.
+
+    From 300 voxels a side on, amounts are predicted before any work, told to `predicted`, and compared with
+    `budget`: 60 million triangles and 8 GiB unless given, beyond which it refuses; a
     budget that coarsens lowers the resolution instead. `progress(stage, share)` is called from time to time.
 
-    Raises `ValueError` for lengths and counts that make no sense, `OverBudget`, `TooThick`,
-    `ifs.NotContracting`.
+    Raises `ValueError` for lengths and counts that make no sense, `TooThin`, `OverBudget`, `TooThick`,
+    `DoesNotFit` where it does not fit the build volume, `ifs.NotContracting`.
 
     >>> import ifs
     >>> part = make_part(ifs.shape("menger-sponge"), size=27, depth=1)
     >>> part.report.ok, part.report.genus, part.tree.count
     (True, (5,), 20)
     """
-    _require(size is None or (math.isfinite(size) and size > 0), f"the size is above 0 mm, found {size}")
-    _require(math.isfinite(thickness) and thickness >= 0, f"the thickness is 0 mm or more, found {thickness}")
-    _require(resolution is None or 1 <= resolution <= 20_000, f"resolutions go from 1 to 20000: {resolution}")
-    _require(depth is None or depth >= 0, f"the depth is 0 or more, found {depth}")
-    shape = _resized(shape, size)
-    if resolution is None:
-        resolution = (lattice_resolution(shape, depth) if depth is not None else None) or RESOLUTION
+    if style not in (None, "smooth", "exact"):
+        raise ValueError(f"the style is 'smooth' or 'exact', found {style!r}")
     style = style or ("smooth" if thickness else "exact")
+    if features is not None and not (style == "smooth" and thickness and depth is None):
+        raise ValueError(
+            "features are those of a thickened shape in the smooth style: give a thickness, and no depth"
+        )
+    if merge or features is not None or grading is not None:
+        check_wishes(Wishes(grading, merge), style, contacts, None)
     tell = progress or (lambda stage, share: None)
-    budget_now = budget if resolution >= LARGE else None
-    covered = voxelise(shape, resolution, depth=depth, budget=budget_now, progress=tell)
-    tree, field = covered.tree, None
-    if thickness:
-        _require_room(covered, thickness)
-        tell("thickness", 0.0)
-        facets = _facets(shape, covered.pitch) if depth is None else None
-        solid = thicken(tree, thickness / 2, facets)
-        tree, field = solid.tree, solid.field
+    prepared = prepare(
+        shape,
+        size=size,
+        resolution=resolution,
+        pitch=pitch,
+        thickness=thickness,
+        thicken_by=thicken_by,
+        depth=depth,
+        contacts=contacts,
+        printable=printable,
+        budget=budget,
+        predicted=predicted,
+        progress=tell,
+    )
+    tree = prepared.tree
+    if grading is not None:
+        _require_blocks(thickness, grading, tree.cell_size)
+        _require_regions(grading, tree)
+        tree = graded(tree, grading, prepared.field)
     tell("surface", 0.0)
-    mesh = skin(tree, style, contacts="join", field=field)
+    mesh = skin(tree, style, contacts, prepared.field, grading=grading, merge=merge, features=features)
     tell("check", 0.0)
     report = check(mesh, quick=True)
     tell("check", 1.0)
+    if printable is not None and printable.fit is not None:
+        _require_fit(tree, report, printable.fit)
     recipe = {
-        "Name": shape.name,
-        "Size": f"{covered.pitch * covered.resolution:.6g} mm",
-        "Resolution": str(covered.resolution),
-        "Thickness": f"{thickness:.6g} mm",
-        "Depth": "limit" if depth is None else str(depth),
+        **prepared.recipe,
         "Surface": style,
+        **_told(contacts, merge, features, grading),
         "Application": f"bcifs {version('bcifs')}",
     }
-    return Part(mesh, tree, report, recipe)
+    return Part(mesh, tree, report, recipe, prepared.steps)
 
 
-def _facets(shape: Shape, pitch: float) -> Mesh | None:
-    """The mesh of the shape with edges no longer than a voxel; None where that takes too many faces."""
-    complex_ = initial(shape.topology, shape.system, shape.control)
-    for _ in range(DEEPEST):
-        complex_ = refine(complex_)
-        found = draw(complex_)
-        if Facets(found).longest <= pitch:
-            return found
-        if len(found.faces) > MOST_FACETS:
-            return None
-    return None
-
-
-def _require(condition: bool, message: str) -> None:
-    if not condition:
-        raise ValueError(message)
-
-
-class TooThick(MemoryError):
-    """A thickness that makes more voxels than can be worked on: `voxels`, black or not."""
-
-    def __init__(self, thickness: float, voxels: int):
-        self.thickness, self.voxels = thickness, voxels
-        super().__init__(
-            f"a thickness of {thickness:.6g} mm makes a grid of {voxels:.3g} voxels, and "
-            f"{MOST_THICKENED:.3g} are possible: ask for a smaller one, or for a lower resolution"
+def _require_blocks(thickness: float, grading: Grading, pitch: float) -> None:
+    size = grading.block * pitch
+    if 0 < thickness < ACROSS * size * (1 - 1e-9):
+        fits = max(math.floor(thickness / (ACROSS * pitch) * (1 + 1e-9)), 1).bit_length() - 1
+        raise ValueError(
+            f"walls of {thickness:.4g} mm are less than {ACROSS} blocks of {size:.4g} mm: take blocks of "
+            f"{2**fits} voxels, or a higher resolution"
         )
 
 
-def _require_room(covered: Cover, thickness: float) -> None:
-    more = math.ceil(thickness / covered.pitch) + 4
-    voxels = math.prod(side + more for side in covered.size)
-    if voxels > MOST_THICKENED:
-        raise TooThick(thickness, voxels)
+def _require_regions(grading: Grading, tree: Tree) -> None:
+    """A region that the part does not reach is a slip: the part is elsewhere."""
+    low, high = mm_of(tree, box_of(tree) + np.array([[0], [1]]))
+    for number, region in enumerate(grading.regions):
+        if (np.array(region.low) >= high).any() or (np.array(region.high) <= low).any():
+            raise ValueError(
+                f"regions[{number}] from {_place(region.low)} to {_place(region.high)} mm misses the part, "
+                f"which lies from {_place(low)} to {_place(high)} mm"
+            )
 
 
-def _resized(shape: Shape, size: float | None) -> Shape:
-    low, high = bounding_box(shape)
-    longest = float((high - low).max())
-    _require(longest > 0, "the shape is a single point: nothing to print")
-    return shape if size is None else shape.scaled(size / longest)
+def _place(point: Iterable[float]) -> str:
+    return "(" + ", ".join(f"{x:.4g}" for x in point) + ")"
+
+
+def _told(contacts: str, merge: bool, features: float | None, grading: Grading | None) -> Mapping[str, str]:
+    """What the recipe says of the surface, where it is not as usual."""
+    found = {
+        "Contacts": None if contacts == "join" else contacts,
+        "Merged": "flat squares" if merge else None,
+        "Features": None if features is None else f"{features:g} degrees",
+        "Blocks": None
+        if grading is None
+        else f"{grading.block} voxels, {len(grading.regions)} finer regions",
+    }
+    return {name: words for name, words in found.items() if words is not None}
+
+
+def _require_fit(tree: Tree, report: Report, room: Sequence[float]) -> None:
+    """A smooth surface may stand out from its voxels by up to half a voxel."""
+    over = max((high - low) / side for low, high, side in zip(report.low, report.high, room, strict=True))
+    if over > 1 + 1e-9:
+        raise DoesNotFit(room, fits(tree, room), f"its surface is {100 * (over - 1):.3g} % too large")

@@ -1,12 +1,27 @@
 """The part made from the voxels that cover an attractor."""
 
+import sys
+
 import numpy as np
 import pytest
 
 import ifs
-from export import Budget, OverBudget, make_part, skin, voxelise
-from export.part import TooThick
+from export import (
+    Budget,
+    DoesNotFit,
+    OverBudget,
+    Part,
+    Prediction,
+    Printable,
+    TooThick,
+    TooThin,
+    make_part,
+    prepare,
+    skin,
+    voxelise,
+)
 from export.voxels.frame import TOLERANCE, lattice_resolution
+from subdivision.schemes import bezier, tensor
 from trees import Tree, to_points
 
 
@@ -100,6 +115,11 @@ def surface_volume(mesh: ifs.Mesh) -> float:
         ({"thickness": float("nan")}, "thickness is 0 mm or more"),
         ({"resolution": 0}, "resolutions go from 1"),
         ({"depth": -1}, "depth is 0 or more"),
+        ({"pitch": 0.0}, "pitch is above 0"),
+        ({"pitch": 1.0, "resolution": 20}, "two answers"),
+        ({"style": "round"}, "'smooth' or 'exact', found 'round'"),
+        ({"contacts": "glue"}, "one of join, separate; found 'glue'"),
+        ({"thickness": 3.0, "thicken_by": "cube"}, "one of ball, box; found 'cube'"),
     ],
 )
 def test_senseless_numbers_are_refused(options, words):
@@ -131,3 +151,149 @@ def test_progress_rises_to_one():
     assert shares == sorted(shares)
     assert shares[-1] == pytest.approx(1.0)
     assert [*dict.fromkeys(stage for stage, _ in told)] == ["voxels", "surface", "check"]
+
+
+TILTS = [(0.0, 0.0), (0.3, 0.1), (1.0, 0.5)]
+
+
+def sheet(tilt: tuple[float, float]) -> ifs.Shape:
+    """A flat square of 10 mm seen from above, that rises by so much to the right and to the back."""
+    corners = np.array([[x, y, tilt[0] * x + tilt[1] * y] for x in (0.0, 10.0) for y in (0.0, 10.0)])
+    return ifs.shape(tensor(bezier(1), bezier(1)), control=corners)
+
+
+def sides_of(part: Part, tilt: tuple[float, float]) -> tuple[np.ndarray, np.ndarray]:
+    """How far the vertices above and below the middle of a sheet are from its plane, in pitches."""
+    normal = np.array([-tilt[0], -tilt[1], 1.0])
+    away = part.mesh.vertices @ (normal / np.linalg.norm(normal)) / part.tree.cell_size
+    away = away[(np.abs(part.mesh.vertices[:, :2] - 5) < 3.5).all(axis=1)]
+    return away[away > 0], -away[away < 0]
+
+
+@pytest.mark.parametrize("tilt", TILTS)
+@pytest.mark.parametrize("across", [1, 1.5, 2, 3.3, 5.5, 10])
+def test_a_flat_wall_is_as_thick_as_asked(tilt, across):
+    shape = sheet(tilt)
+    pitch = float(np.ptp(np.array(ifs.bounding_box(shape)), axis=0).max()) / 40
+    part = make_part(shape, resolution=40, thickness=across * pitch)
+    above, below = sides_of(part, tilt)
+    least, most = above.min() + below.min(), above.max() + below.max()
+    assert part.report.ok
+    if across >= 2:
+        assert across - 0.25 <= least <= most <= across + 0.25
+        assert not part.steps
+        return
+    assert across - 0.25 <= least <= most <= across + 1.07
+    told = {step.name: step.figures for step in part.steps}["thickness"]
+    assert told["least"] <= least * pitch
+    assert most * pitch <= told["most"] + 0.07 * pitch
+
+
+@pytest.mark.parametrize("tilt", TILTS)
+@pytest.mark.parametrize("across", [2, 4.5])
+def test_a_box_makes_slanted_walls_thicker(tilt, across):
+    """Along a unit normal n the box of side t reaches `t (|n_1| + |n_2| + |n_3|)`."""
+    shape = sheet(tilt)
+    pitch = float(np.ptp(np.array(ifs.bounding_box(shape)), axis=0).max()) / 40
+    part = make_part(shape, resolution=40, thickness=across * pitch, thicken_by="box")
+    normal = np.abs([*tilt, 1.0]) / np.linalg.norm([*tilt, 1.0])
+    above, below = sides_of(part, tilt)
+    assert above.mean() + below.mean() == pytest.approx(across * normal.sum(), abs=0.25)
+    assert part.recipe["Thickness"].endswith("by a box")
+
+
+def test_thin_walls_raise_the_resolution_or_are_refused(monkeypatch):
+    monkeypatch.setattr(sys.modules["export.prepare"], "RESOLUTION", 20)
+    shape = sheet((0.0, 0.0))
+    fine = make_part(shape, thickness=0.5)
+    assert fine.tree.cell_size == pytest.approx(0.25)
+    assert [step.name for step in fine.steps] == ["resolution"]
+    with pytest.raises(TooThin, match=r"thickness of 0\.2 mm is less than a voxel of 0\.25 mm") as caught:
+        make_part(shape, thickness=0.2, resolution=40)
+    assert caught.value.resolution == 100
+    with pytest.raises(TooThin, match=r"a drain of 0\.1 mm"):
+        make_part(shape, resolution=40, printable=Printable(drain=0.1))
+
+
+def test_a_lattice_stays_one_where_short_lengths_refine_it():
+    sponge = ifs.shape("menger-sponge")
+    prepared = prepare(sponge, size=27, depth=2, printable=Printable(hollow=1.0))
+    assert prepared.cover.resolution % 9 == 0
+    assert prepared.tree.cell_size <= 0.5
+    assert prepared.steps[0].figures["resolution"] == prepared.cover.resolution
+
+
+def test_a_hollow_drained_part_has_the_volume_of_a_shell():
+    """A cube of 20 mm with walls of 2 mm, less a hole through one of them, on a base of 3 mm."""
+    cube = block()
+    asked = Printable(hollow=2.0, drain=1.0, base=3.0, fit=(20.0, 20.0, 23.0))
+    part = make_part(cube, depth=0, resolution=40, printable=asked)
+    assert part.report.ok
+    hole = 5 * 4 * 0.125  # discs of 5 voxels of 0.125 mm^3, through four layers
+    assert part.report.volume == pytest.approx(20**3 - 16**3 + 3 * 400 - hole)
+    assert [step.name for step in part.steps] == ["hollow", "base", "drain", "fit"]
+    assert {"Hollow", "Base", "Drain", "Fit"} <= part.recipe.keys()
+    assert part.report.components == 1
+    assert not [note for note in part.report.notes if note.kind == "trapped_voids"]
+
+
+def block() -> ifs.Shape:
+    """The box of the sponge at level 0: a cube of 20 mm."""
+    return ifs.shape("menger-sponge").scaled(20 / 54)
+
+
+def test_a_smooth_part_keeps_its_surface_where_voxels_are_what_they_were():
+    shape = sheet((0.3, 0.1))
+    plain = make_part(shape, resolution=40, thickness=3.0)
+    holed = make_part(shape, resolution=40, thickness=3.0, printable=Printable(hollow=0.8, drain=0.6))
+    assert holed.report.ok
+    assert holed.report.volume < 0.75 * plain.report.volume
+    kept = {tuple(vertex) for vertex in holed.mesh.vertices.tolist()}
+    same = sum(tuple(vertex) in kept for vertex in plain.mesh.vertices.tolist())
+    assert same > 0.95 * len(plain.mesh.vertices)
+
+
+def test_a_turned_part_is_the_same_part_turned():
+    shape = sheet((0.3, 0.1))
+    plain = make_part(shape, resolution=40, thickness=2.0)
+    turned = make_part(shape, resolution=40, thickness=2.0, printable=Printable(turn="x"))
+    assert turned.report.ok
+    assert turned.report.volume == pytest.approx(plain.report.volume, rel=1e-6)
+    sides, other = (np.subtract(part.report.high, part.report.low) for part in (plain, turned))
+    np.testing.assert_allclose(np.sort(other), np.sort(sides), atol=1e-9)
+    assert other[2] == pytest.approx(sides[0])
+
+
+def test_what_does_not_fit_is_refused_or_turned():
+    shape = sheet((0.0, 0.0))
+    options = {"resolution": 40, "thickness": 1.0}
+    with pytest.raises(DoesNotFit, match="turned otherwise it does"):
+        make_part(shape, **options, printable=Printable(fit=(2.0, 12.0, 12.0)))
+    part = make_part(shape, **options, printable=Printable(fit=(2.0, 12.0, 12.0), turn="fit"))
+    assert part.report.high[0] - part.report.low[0] <= 2.0
+    with pytest.raises(DoesNotFit, match=r"at \d\d % of its size it would") as caught:
+        make_part(shape, **options, printable=Printable(fit=(8.0, 8.0, 8.0), turn="fit"))
+    assert 0.6 < caught.value.fit.scale < 0.8
+
+
+@pytest.mark.parametrize("style", ["exact", "smooth"])
+def test_separate_contacts_are_kept_apart(tmp_path, style):
+    """Two cubes of 10 mm that share an edge."""
+    maps = '[[maps]]\nscale = "1/2"\ntranslation = [0, 0, 0]\n'
+    maps += '[[maps]]\nscale = "1/2"\ntranslation = ["1/2", "1/2", 0]\n'
+    control = "[control]\npoints = [[0, 0, 0], [20, 0, 0], [0, 20, 0], [0, 0, 20]]\n"
+    file = tmp_path / "cubes.toml"
+    file.write_text(f'format = "bcifs/1"\nname = "Cubes"\n{maps}{control}')
+    options = {"depth": 1, "resolution": 8, "style": style}
+    joined, parted = (make_part(ifs.shape(file), **options, contacts=rule) for rule in ("join", "separate"))
+    assert joined.report.ok
+    assert parted.report.ok
+    assert (joined.report.components, parted.report.components) == (1, 2)
+    assert parted.recipe["Contacts"] == "separate"
+
+
+def test_the_prediction_is_told_once():
+    told: list[Prediction] = []
+    budget = Budget(triangles=100_000, exceeded="coarsen")
+    part = make_part(ifs.shape("menger-sponge"), resolution=5000, budget=budget, predicted=told.append)
+    assert [str(found.resolution) for found in told] == [part.recipe["Resolution"]]

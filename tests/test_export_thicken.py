@@ -76,6 +76,53 @@ def test_true_points_next_to_the_surface(filled, steps, seed) -> None:
     assert (solid.field(places)[original] <= 0).all()
 
 
+@settings(max_examples=20, deadline=None)
+@given(filled=blocks, steps=st.sampled_from([0, 0.4, 1, 1.5, 2, 3]))
+def test_a_box_reaches_centres_within_its_half_side(filled, steps) -> None:
+    tree = voxels_of(filled)
+    solid = thicken(tree, steps * 0.3, shape="box")
+    places = every_cell(tree, 5)
+    near = np.abs(places[:, None] - centres(tree)[None]).max(axis=2).min(axis=1)
+    assert np.array_equal(solid.tree.holds(places), near <= steps * 0.3 + 1e-9)
+    expected = np.minimum(near - max(steps, 0.5) * 0.3, BAND * 0.3)
+    np.testing.assert_allclose(solid.field(places), expected, atol=1e-9)
+
+
+@pytest.mark.parametrize("corners", [1, 2, 3])
+def test_a_box_swept_over_facets(corners) -> None:
+    """One small facet in the middle of a voxel: the sum with a box, against the linear programme."""
+    rng = np.random.default_rng(corners)
+    tree = voxels_of(np.ones((1, 1, 1), bool), (0.0, 0.0, 0.0), 1.0)
+    mesh = Mesh(rng.uniform(0.2, 0.8, size=(corners, 3)), np.arange(corners)[None])
+    solid = thicken(tree, 1.3, mesh, "box")
+    places = every_cell(tree, 3)
+    near = np.array([nearest_box(place, mesh.vertices) for place in places])
+    clear = np.abs(near - 1.3) > 1e-7
+    assert np.array_equal(solid.tree.holds(places)[clear], near[clear] <= 1.3)
+    np.testing.assert_allclose(solid.field(places), np.minimum(near - 1.3, BAND), atol=1e-7)
+
+
+def nearest_box(place: np.ndarray, corners: np.ndarray) -> float:
+    """The least r such that `|sum w_i c_i - place| <= r` on each axis, for weights w of sum 1."""
+    from scipy.optimize import linprog
+
+    count, relative = len(corners), corners - place
+    above = np.column_stack([relative.T, -np.ones(3)])
+    below = np.column_stack([-relative.T, -np.ones(3)])
+    weights = np.append(np.ones(count), 0.0)[None]
+    found = linprog([0.0] * count + [1.0], np.vstack([above, below]), np.zeros(6), weights, [1.0])
+    return float(found.fun)
+
+
+@pytest.mark.parametrize("corners", [2, 3])
+def test_box_distances_to_facets(corners) -> None:
+    rng = np.random.default_rng(corners)
+    mesh = Mesh(rng.uniform(size=(corners * 6, 3)), np.arange(corners * 6).reshape(-1, corners))
+    places = rng.uniform(-1, 2, size=(40, 3))
+    exact = [min(nearest_box(place, mesh.vertices[face]) for face in mesh.faces) for place in places]
+    np.testing.assert_allclose(Facets(mesh).distance(places, "d-infinity"), exact, atol=1e-7)
+
+
 def test_boxes_do_not_show(monkeypatch) -> None:
     rng = np.random.default_rng(0)
     tree = voxels_of(rng.random((60, 5, 5)) < 0.02, (0.0, 0.0, 0.0), 1.0)
@@ -141,6 +188,8 @@ def test_refusals() -> None:
             thicken(dot, distance)
     with pytest.raises(EmptySolid):
         thicken(dot - dot, 1.0)
+    with pytest.raises(ValueError, match=r"one of ball, box; found 'cube'"):
+        thicken(dot, 1.0, shape="cube")
     with pytest.raises(ValueError, match="pitches"):
         thicken(dot, 1.0, dots(np.array([[9.0, 0.5, 0.5]])))
     with pytest.raises(ValueError, match="finite"):

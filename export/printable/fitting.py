@@ -28,6 +28,16 @@ class Fit:
     sides: tuple[float, ...]
 
 
+class DoesNotFit(ValueError):
+    """A part that is larger than the build volume of sides `room` in mm; `fit` says by how much."""
+
+    def __init__(self, room: Sequence[float], fit: Fit, advice: str = ""):
+        self.room, self.fit = tuple(room), fit
+        sides, most = (" x ".join(f"{side:.5g}" for side in lengths) for lengths in (fit.sides, room))
+        smaller = f"at {math.floor(100 * fit.scale):d} % of its size it would, turned well"
+        super().__init__(f"the part is {sides} mm and does not fit into {most} mm: {advice or smaller}")
+
+
 def turns() -> tuple[Turn, ...]:
     """The 24 rotations that take axes to axes, the one that turns nothing first.
 

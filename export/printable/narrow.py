@@ -41,6 +41,25 @@ def thin_walls(tree: Tree, mm: float) -> tuple[Tree, Narrow]:
     return found, Narrow(mm, regions_of(found))
 
 
+def least_wall(tree: Tree, most_mm: float) -> float:
+    """The largest whole number of cells, as a length in mm, of which no wall is thinner; at most `most_mm`.
+
+    It is 1 cell at least, and for slabs that many or one less: see `thin_walls`, whose errors are raised.
+
+    >>> from trees import from_points
+    >>> slab = from_points([[x, y, z] for x in range(8) for y in range(8) for z in (3, 4, 5)], bits=3)
+    >>> least_wall(slab, 1.0)
+    0.375
+    """
+    check_solid(tree)
+    check_above("the most that is looked for, in mm", most_mm)
+    good, bad = 1, max(int(in_cells(tree, most_mm)), 1) + 1
+    while bad - good > 1:
+        middle = (good + bad) // 2
+        good, bad = (good, middle) if _narrow(tree, middle / 2, outside=False) else (middle, bad)
+    return good * tree.cell_size
+
+
 def walls_at_least(tree: Tree, mm: float) -> tuple[Tree, Narrow]:
     """The part with its thin walls made `mm` thick, and the places where they were: see `thin_walls`.
 
