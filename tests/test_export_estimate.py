@@ -2,27 +2,71 @@
 
 import re
 
+import numpy as np
 import pytest
 from dense.cover import cover
 from dense.surface import surface
 
 import automata
 import ifs
+from export import skin, write_part
 from export.voxels.estimate import Budget, OverBudget, Prediction, estimate, faces_of
 from export.voxels.voxelise import voxelise
 
-NAMES = [name for name in automata.builtin_names() if name not in ("menger-sponge", "fractal-patch")]
+FACTOR = 1.5
+ON_A_GRID = ("koch-curve", "menger-sponge", "sierpinski-tetrahedron", "sierpinski-triangle")
+GRIDS = [
+    *((name, n) for name in automata.builtin_names() for n in (81, 150)),
+    *((name, n) for name in ON_A_GRID for n in (192, 243)),
+]
 
 
-@pytest.mark.parametrize("name", NAMES)
-def test_predictions_are_right_within_a_factor(name):
+@pytest.mark.parametrize(("name", "resolution"), GRIDS)
+def test_predictions_are_right_within_a_factor(name, resolution):
     shape = ifs.shape(name)
-    found = voxelise(shape, 127)
-    told = estimate(shape, 127)
-    assert found.tree.count / 1.5 <= told.voxels <= found.tree.count * 1.5
-    assert faces_of(found.tree) / 1.5 <= told.triangles / 2 <= faces_of(found.tree) * 1.5
+    found = voxelise(shape, resolution)
+    told = estimate(shape, resolution)
+    faces = faces_of(found.tree)
+    assert found.tree.count / FACTOR <= told.voxels <= found.tree.count * FACTOR
+    assert faces / FACTOR <= told.triangles / 2 <= faces * FACTOR
     assert told.memory >= found.tree.nbytes / 2
     assert told.pitch == pytest.approx(found.pitch, rel=1e-12)
+
+
+@pytest.mark.parametrize("name", ["menger-sponge", "sierpinski-tetrahedron", "doo-sabin-patch"])
+def test_predicted_files_and_meshes_are_those_written(name, tmp_path):
+    shape = ifs.shape(name)
+    told = estimate(shape, 81)
+    mesh = skin(voxelise(shape, 81).tree)
+    assert told.triangles == pytest.approx(len(mesh.faces), rel=0.02)
+    assert mesh.vertices.nbytes + mesh.faces.nbytes <= told.mesh_memory
+    for kind, size in told.files.items():
+        write_part(mesh, tmp_path / f"part.{kind}")
+        assert size / 2 <= (tmp_path / f"part.{kind}").stat().st_size <= 1.2 * size
+
+
+def test_a_lattice_that_the_grid_fits_is_predicted_by_one_that_it_fits():
+    corners = [[0, 0, 0], [1, 0, 0], [0, 1, 0], [0, 0, 1]]
+    shape = ifs.shape("sierpinski-tetrahedron", control=np.array(corners))
+    told = estimate(shape, 1024)
+    assert told.voxels == pytest.approx(4**10, rel=1e-6)
+    assert faces_of(voxelise(shape, 256).tree) == pytest.approx(estimate(shape, 256).triangles / 2, rel=0.02)
+
+
+def test_the_prediction_that_is_used_is_announced():
+    told: list[Prediction] = []
+    found = voxelise(
+        ifs.shape("menger-sponge"),
+        5000,
+        depth=1,
+        budget=Budget(10**5, exceeded="coarsen"),
+        predicted=told.append,
+    )
+    assert [each.resolution for each in told] == [found.resolution]
+    assert told[0] == found.prediction
+    assert found.resolution < 60
+    voxelise(ifs.shape("koch-curve"), 30, predicted=told.append)
+    assert told[1].resolution == 30
 
 
 def test_the_sponge_is_predicted_far_ahead():

@@ -2,13 +2,14 @@
 
 import math
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from fractions import Fraction
 
 import numpy as np
 from jaxtyping import Float
 
 from ifs import Complex, Shape, Surface, bounding_box, bounds, extent, pieces, require_contraction, sample
+from ifs.certificates.bounds import Box
 from ifs.system import System
 from trees import Cube
 
@@ -24,6 +25,7 @@ _SAME = 1e-13
 _POINT = 1e-12  # of the coordinates: smaller shapes are single points
 
 Model = Shape | Complex | Surface
+Corner = tuple[Fraction, ...]
 Roots = Mapping[str, Float[np.ndarray, "_pieces _points 3"]]
 
 
@@ -41,13 +43,20 @@ class TooFine(ValueError):
 class Subject:
     """What is voxelised: pieces of the cells of a system, their control points in mm with z = 0 in the plane.
 
-    `dimension` is 1, 2 or 3: that of the space in which the shape was given.
+    `dimension` is 1, 2 or 3: that of the space in which the shape was given. `boxes` are those of the cells,
+    `corners` those of the bounding box in mm, simple fractions where they are near. `shape` is the one shape
+    that it is, if it is one. `grain`, of the figures of a level, is how long the diagonals of their simplices
+    are (mm) and of which dimension these are.
     """
 
     name: str
     system: System
     roots: Roots
     dimension: int
+    boxes: Mapping[str, Box]
+    corners: tuple[Corner, Corner]
+    shape: Shape | None
+    grain: tuple[float, int] | None = None
 
 
 @dataclass(frozen=True)
@@ -85,14 +94,20 @@ class Frame:
         return max(moved) + float(abs(Fraction(self.pitch) - self.exact_pitch)) * max(self.size)
 
 
-def subject(model: Model) -> Subject:
+def subject(model: Model | Subject) -> Subject:
     """The pieces to voxelise of a shape, of a complex of patches or of a surface over a control mesh.
 
-    Raises `ValueError` for a shape of more than 3 coordinates or control points that are not finite,
-    `NotContracting` or `Undecided`.
+    Raises `TypeError` for anything else, `ValueError` for a shape of more than 3 coordinates or control
+    points that are not finite, `NotContracting` or `Undecided`.
     """
+    if isinstance(model, Subject):
+        return model
     if isinstance(model, Surface):
         model = model.complex()
+    if not isinstance(model, Shape | Complex):
+        raise TypeError(
+            f"voxels are made of an ifs.Shape, ifs.Complex or ifs.Surface, found {_described(model)}"
+        )
     if isinstance(model, Complex):
         name, given = model.topology.automaton.name, model.control
     else:
@@ -109,10 +124,27 @@ def subject(model: Model) -> Subject:
         cell: np.pad(np.asarray(points, dtype=np.float64), ((0, 0), (0, 0), (0, 3 - dimension)))
         for cell, points in given.items()
     }
-    return Subject(name, model.system, roots, dimension)
+    boxes = bounds(model.system)
+    shape = model if isinstance(model, Shape) else None
+    if shape is not None:
+        low, high = (np.pad(side, (0, 3 - dimension)) for side in bounding_box(shape))
+        corners = _simple_corners(low, high)
+    else:
+        corners = corners_of(model.system, boxes, roots)
+    return Subject(name, model.system, roots, dimension, boxes, corners, shape)
 
 
-def frame_around(model: Model, resolution: int | None = None, pitch: float | None = None) -> Frame:
+def corners_of(system: System, boxes: Mapping[str, Box], roots: Roots) -> tuple[Corner, Corner]:
+    """The lower and the upper corner, in mm, of a box around pieces."""
+    return _simple_corners(*_box_of_pieces(system, boxes, roots))
+
+
+def _simple_corners(low: Float[np.ndarray, "3"], high: Float[np.ndarray, "3"]) -> tuple[Corner, Corner]:
+    scale = float(max(np.abs(low).max(), np.abs(high).max()))
+    return tuple(simple(x, scale) for x in low), tuple(simple(x, scale) for x in high)
+
+
+def frame_around(model: Model | Subject, resolution: int | None = None, pitch: float | None = None) -> Frame:
     """The grid around the bounding box of a shape: so many voxels along the longest side, or of a size.
 
     The box is in the middle of the grid; a plane shape lies in the middle of one layer. Raises `ValueError`
@@ -124,13 +156,18 @@ def frame_around(model: Model, resolution: int | None = None, pitch: float | Non
     """
     if (resolution is None) == (pitch is None):
         raise ValueError("give either a resolution, in voxels along the longest side, or a pitch in mm")
+    if resolution is not None and not isinstance(resolution, int | np.integer):
+        raise TypeError(f"the resolution is a whole number of voxels, found {_described(resolution)}")
     if resolution is not None and resolution < 1:
         raise ValueError(f"the resolution is 1 or more, found {resolution}")
+    if pitch is not None and not isinstance(pitch, int | float | np.number | Fraction):
+        raise TypeError(f"the pitch is a length in mm, found {_described(pitch)}")
     if pitch is not None and not (math.isfinite(pitch) and pitch > 0):
         raise ValueError(f"the pitch is a length above 0 mm, found {pitch}")
-    lows, highs = box_of(model)
+    found = subject(model)
+    lows, highs = found.corners
     longest = max(b - a for a, b in zip(lows, highs, strict=True))
-    most = max(float(np.abs(points).max()) for points in subject(model).roots.values())
+    most = max(float(np.abs(points).max()) for points in found.roots.values())
     if not longest > _POINT * most:
         raise ValueError("the shape is a single point: nothing to voxelise")
     side = longest / resolution if resolution is not None else Fraction(pitch or 0)
@@ -144,19 +181,6 @@ def frame_around(model: Model, resolution: int | None = None, pitch: float | Non
         )
     origin = tuple((a + b - n * side) / 2 for a, b, n in zip(lows, highs, counts, strict=True))
     return Frame(origin, side, (counts[0], counts[1], counts[2]))
-
-
-def box_of(model: Model) -> tuple[list[Fraction], list[Fraction]]:
-    """The corners of the bounding box in mm, three coordinates each, simple fractions where they are near."""
-    if isinstance(model, Shape) and model.control.shape[1] <= 3:
-        subject(model)
-        low, high = bounding_box(model)
-        missing = 3 - len(low)
-        low, high = np.pad(low, (0, missing)), np.pad(high, (0, missing))
-    else:
-        low, high = _box_of_pieces(subject(model))
-    scale = float(max(np.abs(low).max(), np.abs(high).max()))
-    return [simple(x, scale) for x in low], [simple(x, scale) for x in high]
 
 
 def simple(x: float, scale: float = 1.0) -> Fraction:
@@ -186,7 +210,7 @@ def lattice_resolution(shape: Shape, depth: int) -> int | None:
     return round(longest / side) if side else None
 
 
-def in_grid(model: Model, frame: Frame) -> Subject:
+def in_grid(model: Model | Subject, frame: Frame) -> Subject:
     """The pieces in units of the grid, where voxel i is [i, i + 1]; plane shapes half-way up their layer."""
     found = subject(model)
     roots = {}
@@ -195,13 +219,15 @@ def in_grid(model: Model, frame: Frame) -> Subject:
         for axis in range(found.dimension, 3):
             placed[:, :, axis] = 0.5
         roots[cell] = placed
-    return Subject(found.name, found.system, roots, found.dimension)
+    return replace(found, roots=roots, shape=None)
 
 
-def _box_of_pieces(found: Subject) -> tuple[Float[np.ndarray, "3"], Float[np.ndarray, "3"]]:
+def _box_of_pieces(
+    system: System, boxes: Mapping[str, Box], roots: Roots
+) -> tuple[Float[np.ndarray, "3"], Float[np.ndarray, "3"]]:
     """A box around many pieces: those that reach beyond known points by over a tolerance are subdivided."""
-    boxes, points = bounds(found.system), sample(found.system)
-    pieces = dict(found.roots)
+    points = sample(system)
+    pieces = dict(roots)
     known_low, known_high = np.full(3, np.inf), np.full(3, -np.inf)
     low, high = known_low.copy(), known_high.copy()
     slack = 0.0
@@ -220,9 +246,13 @@ def _box_of_pieces(found: Subject) -> tuple[Float[np.ndarray, "3"], Float[np.nda
             beyond = ((lo < known_low - slack) | (hi > known_high + slack)).any(axis=1) & (not many)
             low = np.minimum(low, lo[~beyond].min(axis=0, initial=np.inf))
             high = np.maximum(high, hi[~beyond].max(axis=0, initial=-np.inf))
-            state = found.system.states[cell]
+            state = system.states[cell]
             for operator, target in zip(state.operators, state.targets, strict=True):
                 if beyond.any():
                     children.setdefault(target, []).append(operator.T @ pieces[cell][beyond])
         pieces = {cell: np.concatenate(parts) for cell, parts in children.items()}
     return low, high
+
+
+def _described(value: object) -> str:
+    return f"{value!r}, of type {type(value).__name__}"[:200]

@@ -9,8 +9,6 @@ import numpy as np
 from jaxtyping import Bool, Int
 
 from export.voxels.frame import Frame, Subject, simple
-from ifs import bounds
-from ifs.system import System
 from trees import Tree, from_substitution
 
 MOST_SHAPES = 1000
@@ -68,7 +66,7 @@ def lattice_tree(
     Raises `NotOnLattice` where there are no such fractions or too many states, or, unless `patient`, where
     few states come again: then a walk is quicker.
     """
-    cells = _exact_cells(subject.system)
+    cells = _exact_cells(subject)
     roots = _exact_roots(subject, frame)
     shapes, pieces = _shapes_of(cells, roots, frame, part, depth)
     rules, start = _rules(shapes, pieces, frame, part, depth, patient)
@@ -78,8 +76,8 @@ def lattice_tree(
     return tree, float(np.sqrt((sides**2).sum(axis=1).max()))
 
 
-def _exact_cells(system: System) -> Mapping[str, _Cell]:
-    boxes = bounds(system)
+def _exact_cells(subject: Subject) -> Mapping[str, _Cell]:
+    system, boxes = subject.system, subject.boxes
     cells = {}
     for name, state in system.states.items():
         parts = []

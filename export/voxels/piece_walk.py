@@ -8,15 +8,15 @@ from typing import Any
 import numpy as np
 from jaxtyping import Float, UInt64
 
+from export.voxels.forms import Form, affine_rules, forms_of
 from export.voxels.frame import TOLERANCE, Frame, Subject, TooFine
-from ifs import bounds
 from trees import Tree
 from trees.bricks import bricks_of, form_of_bricks, form_of_words
 from trees.errors import TooManyPieces
 from trees.morton import keys_of_cells
 
-FLAT = 31
-"""A grid of up to 2^31 cells is filled in one go; a larger one in blocks of 2^BLOCK cells."""
+FLAT = 30
+"""A grid of up to 2^30 cells is filled in one go; a larger one in blocks of 2^BLOCK cells."""
 BLOCK = 27
 MOST_ENTRIES = 2**28
 _STEPS = 1 << 21
@@ -26,8 +26,18 @@ _EPS = float(np.finfo(np.float64).eps)
 WALKED = 58
 """Grids of over 2^58 cells are for the lattice alone: their blocks would be too many."""
 
+LEFT_OUT = 1 / 64
+"""How much of a voxel pieces may have beyond their slow coordinates to go on as these alone."""
+
 Tell = Callable[[float, int], None]
 Bits = tuple[int, int, int]
+Root = tuple[
+    int,
+    Float[np.ndarray, "3"],
+    Float[np.ndarray, "3 _coordinates"],
+    Float[np.ndarray, "3"],
+    Float[np.ndarray, "3"],
+]
 
 
 class GridTooLarge(MemoryError):
@@ -53,13 +63,14 @@ class Walked:
 
 @dataclass(frozen=True, eq=False)
 class Walker:
-    """A system as arrays, the roots in units of the grid, and what ends a walk.
+    """A system as arrays, the roots in its forms, in units of the grid, and what ends a walk.
 
-    `slack` is by how much a box may reach over the face of a voxel without filling the next one.
+    A root is its cell, where it begins, what it is made of, and half the sides of its box about that or, for
+    a simplex, the ends.
     """
 
     tables: tuple[np.ndarray, ...]
-    roots: tuple[tuple[int, Float[np.ndarray, "_points 3"]], ...]
+    roots: tuple[Root, ...]
     widths: tuple[int, int, int]
     part: float
     depth: int
@@ -85,58 +96,81 @@ def walked(subject: Subject, frame: Frame, part: float, depth: int | None, snap:
 
 
 def walker_of(subject: Subject, part: float, depth: int) -> Walker:
-    """The arrays of a system: labels of all cells in one row; kinds are labels alike but for their place."""
-    system, boxes = subject.system, bounds(subject.system)
-    names = list(system.states)
-    number = {name: i for i, name in enumerate(names)}
-    sizes = np.array([system.states[name].points for name in names])
-    width = int(sizes.max())
-    first, targets, kind, kinds, kind_cell = [0], [], [], [0], []
-    weights, offsets = [], []
-    for name in names:
-        state = system.states[name]
+    """The arrays of a system: labels of all cells in one row; kinds are labels alike but for their place.
+
+    A cell with slow coordinates is there twice: whole, and as these alone.
+    """
+    forms = forms_of(subject.system, subject.boxes, subject.roots)
+    rules = affine_rules(subject.system, forms)
+    twins = [name for name, form in forms.items() if form.slow]
+    number = {(name, 0): i for i, name in enumerate(forms)}
+    number |= {(name, 1): len(forms) + i for i, name in enumerate(twins)}
+    first, targets, kind, kinds, kind_cell, column, widths = [0], [], [], [0], [], [], []
+    sizes = [forms[name].slow if twin else len(forms[name].centre) for name, twin in number]
+    most = max(*sizes, 1)
+    offsets, blocks = [], []
+    for (name, twin), size in zip(number, sizes, strict=True):
         known: dict[tuple[str, bytes], int] = {}
-        for target, operator in zip(state.targets, state.operators, strict=True):
-            operator = np.asarray(operator, dtype=np.float64)
-            linear = np.round((operator - operator[:, -1:]).T, 15) + 0.0
-            key = target, linear.tobytes()
+        block: list[np.ndarray] = []
+        width = 0
+        for target, matrix, shift in rules[name]:
+            below = forms[target].slow if twin else len(forms[target].centre)
+            # The rows are those of the piece above: y = shift + y' matrix.
+            made = matrix[:below, :size].T
+            key = target, (np.round(made, 14) + 0.0).tobytes()
             if key not in known:
                 known[key] = len(kind_cell)
-                kind_cell.append(number[target])
-                offsets.append(_padded((operator - operator[:, -1:]).T, (width, width)))
-            targets.append(number[target])
+                kind_cell.append(number[target, twin])
+                column.append(width)
+                width += below
+                block.append(_padded(made, (most, below)))
+            targets.append(number[target, twin])
             kind.append(known[key])
-            weights.append(_padded(operator[:, -1], (width,)))
+            offsets.append(_padded(shift[:size], (most,)))
         first.append(len(targets))
         kinds.append(len(kind_cell))
-    low = np.array([_padded(boxes[name].lo, (width,)) for name in names])
-    high = np.array([_padded(boxes[name].hi, (width,)) for name in names])
-    whole = np.array([bool((boxes[n].lo == 0).all() and (boxes[n].hi == 1).all()) for n in names])
+        widths.append(width)
+        blocks.append(np.concatenate(block, axis=1))
+    widest = max(*widths, 1)
+    halves = [form.half for form in forms.values()] + [forms[name].half for name in twins]
     tables = (
         np.array(first),
-        sizes,
         np.array(targets),
         np.array(kind),
-        np.array(weights),
         np.array(kinds),
         np.array(kind_cell),
-        *_sparse(np.array(offsets)),
-        low,
-        high,
-        whole,
+        np.array(column),
+        np.array(widths),
+        np.array(sizes),
+        np.array([half is None for half in halves]),
+        np.array(
+            [
+                np.zeros(most) if half is None else _padded(half[:size], (most,))
+                for half, size in zip(halves, sizes, strict=True)
+            ]
+        ),
+        np.array([_padded(block, (most, widest)) for block in blocks]),
+        np.array(offsets),
+        np.array([number.get((name, 1), -1) for name in forms] + [-1] * len(twins)),
     )
-    roots = tuple((number[cell], piece) for cell, pieces in subject.roots.items() for piece in pieces)
-    return Walker(tables, roots, (width, int(np.diff(kinds).max()), int(np.diff(first).max())), part, depth)
+    roots = tuple(
+        _root(number[cell, 0], forms[cell], piece)
+        for cell, pieces in subject.roots.items()
+        for piece in pieces
+    )
+    return Walker(tables, roots, (widest, int(np.diff(kinds).max()), int(np.diff(first).max())), part, depth)
 
 
-def _sparse(matrices: Float[np.ndarray, "kinds rows columns"]) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """Where the entries other than 0 of each row begin, their columns and values."""
-    full = np.argwhere(matrices != 0)
-    counts = (matrices != 0).sum(axis=2).ravel()
-    ends = np.concatenate([[0], np.cumsum(counts)])
-    rows = matrices.shape[1]
-    begins = np.array([ends[q * rows : (q + 1) * rows + 1] for q in range(len(matrices))])
-    return begins, np.ascontiguousarray(full[:, 2]), matrices[matrices != 0]
+def _root(cell: int, form: Form, piece: Float[np.ndarray, "_points 3"]) -> Root:
+    """A piece in the form of its cell, and the ends of its box relative to where it begins."""
+    spread = (piece[:-1] - piece[-1]).T
+    made = spread @ form.directions.T
+    if form.half is None:
+        low, high = made.min(axis=1, initial=0), made.max(axis=1, initial=0)
+    else:
+        high = np.abs(made) @ form.half
+        low = -high
+    return cell, piece[-1] + spread @ form.centre, made, low, high
 
 
 def rounding_of(subject: Subject, frame: Frame) -> float:
@@ -148,9 +182,7 @@ def rounding_of(subject: Subject, frame: Frame) -> float:
     """
     states = subject.system.states.values()
     columns = max(float(np.abs(o).sum(axis=0).max()) for state in states for o in state.operators)
-    weights = max(
-        float(np.maximum(np.abs(b.lo), np.abs(b.hi)).sum()) for b in bounds(subject.system).values()
-    )
+    weights = max(float(np.maximum(np.abs(b.lo), np.abs(b.hi)).sum()) for b in subject.boxes.values())
     most = max(float(np.abs(points).max()) for points in subject.roots.values())
     width = max(state.points for state in states)
     return 4 * _EPS * (width + 2) * columns * (1 + min(weights, width * columns)) * (most + max(frame.size))
@@ -181,84 +213,98 @@ def _filled(
 
     tops = np.array(size) - 1
     block = np.array([[0, 0, 0], tops]) if block is None else block
-    bits = _axis_bits(tuple((block[1] - block[0] + 1).tolist()))
-    places, masks = _places(bits), _masks()
-    words = np.zeros(2 ** (sum(bits) - 6), dtype=np.uint64)
-    frame = (tops, slack, walker.part, walker.depth)
+    shape = block[1] - block[0] + 1
+    axes = np.argsort(shape, kind="stable")  # rows along the longest
+    turned = shape[axes]
+    rows = np.zeros((int(turned[0]), int(turned[1]), -(-int(turned[2]) // 64)), dtype=np.uint64)
+    limits = walker.part, walker.depth, LEFT_OUT * walker.part if walker.depth < 0 else -1.0
+    frame = np.ascontiguousarray(block[:, axes]), tops[axes], slack, limits, rows
+    stack = _stack(walker, _LEVELS)
     before, behind = share
-    for number, (cell, control) in enumerate(walker.roots):
-        stack = _stack(walker, _LEVELS)
-        # The root is met like any piece: as the only piece of a level above it.
-        level = _enter_root(walker, stack, cell, control * scale, frame, block, words, places, masks, found)
+    for number, root in enumerate(walker.roots):
+        level = _enter_root(walker, stack, _turned(root, axes, scale), frame, found)
         while level >= 0:
-            level = kernels.walk(
-                level, walker.tables, stack, block, frame, words, places, masks, _STEPS, found
-            )
+            level = kernels.walk(level, walker.tables, stack, *frame, _STEPS, found)
             if level < -1:
                 level, stack = -2 - level, _deeper(stack)
             if level >= 0:
                 inner = (number + _done(walker, stack, level)) / len(walker.roots)
                 tell(before + (behind - before) * inner, int(found[0]))
     tell(behind, int(found[0]))
+    bits = _axis_bits(tuple(shape.tolist()))
+    words = np.zeros(2 ** (sum(bits) - 6), dtype=np.uint64)
+    kernels.bricked(rows, axes, _places(bits), _spread(), words)
     return words
 
 
-def _enter_root(walker, stack, cell, control, frame, block, words, places, masks, found) -> int:
+def _turned(root: Root, axes: np.ndarray, scale: float) -> Root:
+    cell, base, made, low, high = root
+    return cell, base[axes] * scale, made[axes] * scale, low[axes] * scale, high[axes] * scale
+
+
+def _enter_root(walker: Walker, stack, root: Root, frame, found: np.ndarray) -> int:
+    """Begin with a root; -1 where it ends at once."""
     from export.voxels import kernels
 
-    tables, (tops, slack, part, depth) = walker.tables, frame
-    count = int(tables[1][cell])
-    low, high = np.empty(3), np.empty(3)
-    order = stack[9][cell]
-    points = np.ascontiguousarray(control - control[-1])
-    kernels.extremes(points, count, tables[10][cell], tables[11][cell], tables[12][cell], order, low, high)
-    low, high = low + control[-1] + slack, high + control[-1] - slack
-    first = np.array([kernels.first_cell(x, top) for x, top in zip(low, tops, strict=True)])
-    last = np.array([kernels.last_cell(x, a, top) for x, a, top in zip(high, first, tops, strict=True)])
+    block, tops, slack, limits, rows = frame
+    cell, base, made, low, high = root
+    start, end = base + low + slack, base + high - slack
+    first = np.array([kernels.first_cell(x, top) for x, top in zip(start, tops, strict=True)])
+    last = np.array([kernels.last_cell(x, a, top) for x, a, top in zip(end, first, tops, strict=True)])
     if (last < block[0]).any() or (first > block[1]).any():
         return -1
-    small = depth == 0 if depth >= 0 else bool((high - low + 2 * slack <= part).all())
+    small = walker.depth == 0 if walker.depth >= 0 else bool((high - low <= walker.part).all())
     if small or (first == last).all():
-        clipped = np.maximum(first, block[0]) - block[0], np.minimum(last, block[1]) - block[0]
-        kernels.fill(words, places, masks, *clipped)
+        a, b = np.maximum(first, block[0]) - block[0], np.minimum(last, block[1]) - block[0]
+        kernels.fill(rows, a[0], b[0], a[1], b[1], a[2], b[2])
         found[0] += 1
         if not (first == last).all():
-            found[1] = max(found[1], float(((high - low + 2 * slack) ** 2).sum()))
+            found[1] = max(found[1], float(((high - low) ** 2).sum()))
         return -1
-    stack[0][0], stack[1][0] = cell, 0
-    stack[2][0] = control[-1]
-    stack[3][0, 0, :count] = points
-    kernels.enter(0, cell, tables, stack, slack, part, depth)
+    stack[0][0], stack[1][0], stack[2][0], stack[3][0] = cell, 0, base, 0
+    stack[4][0, :, : made.shape[1]] = made
+    stack[13][0, 0] += 1
+    stack[13][1, 0] = stack[13][0, 0]
+    kernels.enter(0, cell, walker.tables, stack, slack, limits)
     return 0
 
 
 def _stack(walker: Walker, levels: int) -> tuple[np.ndarray, ...]:
     width, kinds, labels = walker.widths
+    width = max(width, walker.tables[9].shape[1])
     return (
         np.zeros(levels, dtype=np.int64),
         np.zeros(levels, dtype=np.int64),
         np.zeros((levels, 3)),
-        np.zeros((levels, 1 + kinds, width, 3)),
+        np.zeros(levels, dtype=np.int64),
+        np.zeros((levels + 1, 3, width)),
         np.zeros((levels, labels, 3)),
         np.zeros((levels, labels, 3)),
         np.zeros((levels, labels, 3)),
         np.zeros((levels, kinds), dtype=np.bool_),
-        np.zeros((levels + 1, 3), dtype=np.int64),
-        _orders(walker),
+        np.zeros((levels, kinds), dtype=np.int64),
+        np.zeros((levels, kinds, 3)),
+        np.zeros((levels, 3)),
         np.zeros((2, kinds, 3)),
+        np.zeros((levels + 1, 3), dtype=np.int64),
+        np.zeros(levels, dtype=np.bool_),
+        np.zeros(levels),
+        np.zeros((levels, labels, 3), dtype=np.int64),
+        np.zeros((levels, 3), dtype=np.int64),
+        np.zeros((levels, 3, labels), dtype=np.int64),
+        np.zeros((3, labels, 2), dtype=np.int64),
+        np.zeros(labels, dtype=np.uint64),
     )
-
-
-def _orders(walker: Walker) -> np.ndarray:
-    """The numbers of control points, for each cell and axis."""
-    return np.tile(np.arange(walker.widths[0]), (len(walker.tables[1]), 3, 1))
 
 
 def _deeper(stack: tuple[np.ndarray, ...]) -> tuple[np.ndarray, ...]:
     """The same stack with room for twice the levels."""
     levels = len(stack[0])
-    wider = [np.concatenate([array, np.zeros_like(array[:levels])]) for array in stack[:9]]
-    return (*wider, *stack[9:])
+    kept = 12, 19, 20
+    return tuple(
+        array if i in kept else np.concatenate([array, np.zeros_like(array[:levels])])
+        for i, array in enumerate(stack)
+    )
 
 
 def _done(walker: Walker, stack: tuple[np.ndarray, ...], level: int) -> float:
@@ -286,17 +332,16 @@ def _places(bits: Bits) -> UInt64[np.ndarray, "3 bricks"]:
     return places
 
 
-def _masks() -> UInt64[np.ndarray, "3 4 4"]:
-    """`masks[axis, f, l]`: the cells of a brick from f to l along an axis."""
+def _spread() -> UInt64[np.ndarray, "3 16"]:
+    """`spread[axis, n]`: the cells of a brick that lie, along an axis, where n has bits."""
     cells = np.indices((4, 4, 4)).reshape(3, -1).T.astype(np.uint64)
     bit = np.uint64(1) << keys_of_cells(cells, 2)
-    masks = np.zeros((3, 4, 4), dtype=np.uint64)
+    spread = np.zeros((3, 16), dtype=np.uint64)
     for axis in range(3):
-        for f in range(4):
-            for last in range(f, 4):
-                inside = (cells[:, axis] >= f) & (cells[:, axis] <= last)
-                masks[axis, f, last] = np.bitwise_or.reduce(bit[inside])
-    return masks
+        for n in range(16):
+            inside = (np.uint64(n) >> cells[:, axis]) & np.uint64(1) == 1
+            spread[axis, n] = np.bitwise_or.reduce(bit[inside], initial=np.uint64(0))
+    return spread
 
 
 def _used(bits: Bits) -> int:
