@@ -1,7 +1,11 @@
 """The options that print and slices share: how large and how fine a part is, and what makes it printable."""
 
+import functools
+import inspect
 import re
-from typing import Annotated, Any, Literal
+from collections.abc import Callable
+from dataclasses import dataclass, fields
+from typing import Annotated, Any, Literal, get_type_hints
 
 import typer
 
@@ -119,15 +123,83 @@ FitInto = Annotated[
 ]
 
 
+MOST_TRIANGLES = 20_000_000
+_STEPS = ("wall", "gap", "smallest", "islands", "strut", "hollow", "turn", "base", "margin", "drain")
+
+
 class WrongVolume(ValueError):
     """A build volume that is not written as three lengths."""
 
 
-def asked(fit: str | None, **options: Any) -> Any:
-    """What is to be done to a part: `export.Printable` of the options."""
-    from export import Printable
+@dataclass(frozen=True)
+class PartOptions:
+    """The options as they were given."""
 
-    return Printable(fit=None if fit is None else build_volume(fit), **options)
+    size: Size = None
+    resolution: Resolution = None
+    thickness: Thickness = 0.0
+    thicken_by: ThickenBy = "ball"
+    depth: PieceDepth = None
+    triangles: Triangles = MOST_TRIANGLES
+    coarsen: Coarsen = False
+    wall: Wall = None
+    gap: Gap = None
+    smallest: Smallest = 0.0
+    islands: Islands = "keep"
+    strut: Strut = None
+    hollow: Hollow = None
+    turn: Turn = "keep"
+    base: Base = None
+    margin: Margin = 0.0
+    drain: Drain = None
+    fit: FitInto = None
+
+    def printable(self) -> Any:
+        """What is to be done to a part: `export.Printable` of the options."""
+        from export import Printable
+
+        volume = None if self.fit is None else build_volume(self.fit)
+        return Printable(fit=volume, **{step: getattr(self, step) for step in _STEPS})
+
+    def shaped(self) -> dict[str, Any]:
+        """The arguments of `export.prepare` and `export.make_part` that say how large and how fine."""
+        from dataclasses import replace
+
+        from export.prepare import BUDGET
+
+        exceeded = "coarsen" if self.coarsen else "refuse"
+        return {
+            "size": self.size,
+            "resolution": self.resolution,
+            "thickness": self.thickness,
+            "thicken_by": self.thicken_by,
+            "depth": self.depth,
+            "budget": replace(BUDGET, triangles=self.triangles, exceeded=exceeded),
+        }
+
+
+def with_part_options(command: Callable[..., None]) -> Callable[..., None]:
+    """A command whose argument `part` is made of the options above, which take its place."""
+    own = inspect.signature(command, eval_str=True).parameters
+    hints = get_type_hints(PartOptions, include_extras=True)
+    shared = [
+        inspect.Parameter(
+            each.name, inspect.Parameter.KEYWORD_ONLY, default=each.default, annotation=hints[each.name]
+        )
+        for each in fields(PartOptions)
+    ]
+    every: list[inspect.Parameter] = []
+    for name, one in own.items():
+        every += shared if name == "part" else [one.replace(kind=inspect.Parameter.KEYWORD_ONLY)]
+
+    @functools.wraps(command)
+    def gathered(**given: Any) -> None:
+        chosen = {one.name: given.pop(one.name) for one in shared}
+        command(part=PartOptions(**chosen), **given)
+
+    gathered.__signature__ = inspect.Signature(every)  # type: ignore[attr-defined]
+    gathered.__annotations__ = {one.name: one.annotation for one in every}
+    return gathered
 
 
 def build_volume(text: str) -> tuple[float, float, float]:

@@ -1,7 +1,6 @@
 """The command that makes a part: from a description to a file that prints."""
 
 from collections.abc import Iterable, Mapping
-from dataclasses import replace
 from pathlib import Path
 from typing import Annotated, Any, Literal
 
@@ -11,59 +10,23 @@ from bcifs.answers import load
 from bcifs.failure import CheckFailed
 from bcifs.options import File, Settings
 from bcifs.output import check_output, writing
-from bcifs.part_options import (
-    Base,
-    Coarsen,
-    Drain,
-    FitInto,
-    Gap,
-    Hollow,
-    Islands,
-    Margin,
-    PieceDepth,
-    Resolution,
-    Size,
-    Smallest,
-    Strut,
-    ThickenBy,
-    Thickness,
-    Triangles,
-    Turn,
-    Wall,
-    asked,
-)
+from bcifs.part_options import PartOptions, with_part_options
 from bcifs.progress import reporting
 
 SURFACE = "Surface"
-MOST_TRIANGLES = 20_000_000
 PartFile = Annotated[
     str, typer.Option("--output", "-o", metavar="PART", help="The part: .3mf .stl .ply .obj .glb.")
 ]
 
 
+@with_part_options
 def print_part(
     file: File,
     output: PartFile,
     set_: Settings = None,
     picture: Annotated[str | None, typer.Option(metavar="PNG", help="Also draw the part.")] = None,
-    size: Size = None,
-    resolution: Resolution = None,
-    thickness: Thickness = 0.0,
-    thicken_by: ThickenBy = "ball",
-    depth: PieceDepth = None,
-    triangles: Triangles = MOST_TRIANGLES,
-    coarsen: Coarsen = False,
-    wall: Wall = None,
-    gap: Gap = None,
-    smallest: Smallest = 0.0,
-    islands: Islands = "keep",
-    strut: Strut = None,
-    hollow: Hollow = None,
-    turn: Turn = "keep",
-    base: Base = None,
-    margin: Margin = 0.0,
-    drain: Drain = None,
-    fit: FitInto = None,
+    *,
+    part: PartOptions,
     surface: Annotated[
         Literal["smooth", "exact"] | None,
         typer.Option(
@@ -121,52 +84,35 @@ def print_part(
     check_output(output, WRITABLE)
     if picture:
         check_output(picture, (".png",))
-    printable = asked(
-        wall=wall,
-        gap=gap,
-        smallest=smallest,
-        islands=islands,
-        strut=strut,
-        hollow=hollow,
-        turn=turn,
-        base=base,
-        margin=margin,
-        drain=drain,
-        fit=fit,
-    )
+    printable = part.printable()
     grading = _grading(block, fine or [])
-    shape = loaded(file, set_, depth)
+    shape = loaded(file, set_, part.depth)
     import export
 
     with reporting() as progress:
-        part = export.make_part(
+        made = export.make_part(
             shape,
-            size=size,
-            resolution=resolution,
-            thickness=thickness,
-            thicken_by=thicken_by,
-            depth=depth,
+            **part.shaped(),
             style=surface,
             contacts=contacts,
             merge=merge,
             features=features,
             grading=grading,
             printable=printable,
-            budget=budget(coarsen, triangles),
-            predicted=lambda found: announce(found, resolution),
+            predicted=lambda found: announce(found, part.resolution),
             progress=progress,
         )
-    tell(part.steps)
-    if not part.report.ok:
-        raise CheckFailed(f"{output} is not written, it fails the check: {'; '.join(part.report.faults)}")
+    tell(made.steps)
+    if not made.report.ok:
+        raise CheckFailed(f"{output} is not written, it fails the check: {'; '.join(made.report.faults)}")
     from bcifs.recipe import part_recipe
 
-    recipe = part_recipe(shape, part.recipe)
+    recipe = part_recipe(shape, made.recipe)
     with writing(output):
-        export.write_part(part.mesh, output, recipe, shape.name)
-    typer.echo(f"{output}: {Path(output).stat().st_size} bytes\n{part.report}")
+        export.write_part(made.mesh, output, recipe, shape.name)
+    typer.echo(f"{output}: {Path(output).stat().st_size} bytes\n{made.report}")
     if picture:
-        _draw(part.mesh, picture, recipe)
+        _draw(made.mesh, picture, recipe)
 
 
 def loaded(file: str, settings: list[str] | None, depth: int | None) -> Any:
@@ -205,13 +151,6 @@ def corners(text: str) -> tuple[tuple[float, float, float], tuple[float, float, 
     except ValueError:
         raise WrongBox(f"--fine {text}: expected two corners of a box in mm, as in 0,0,0,20,20,8.5") from None
     return (min(a, x), min(b, y), min(c, z)), (max(a, x), max(b, y), max(c, z))
-
-
-def budget(coarsen: bool, triangles: int) -> Any:
-    """The most that a part may take, and what happens beyond."""
-    from export.prepare import BUDGET
-
-    return replace(BUDGET, triangles=triangles, exceeded="coarsen" if coarsen else "refuse")
 
 
 def announce(prediction: Any, resolution: int | None) -> None:

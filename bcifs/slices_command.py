@@ -7,33 +7,14 @@ import typer
 
 from bcifs.options import File, Settings
 from bcifs.output import WrongOutput, check_output, writing
-from bcifs.part_options import (
-    Base,
-    Coarsen,
-    Drain,
-    FitInto,
-    Gap,
-    Hollow,
-    Islands,
-    Margin,
-    PieceDepth,
-    Resolution,
-    Size,
-    Smallest,
-    Strut,
-    ThickenBy,
-    Thickness,
-    Triangles,
-    Turn,
-    Wall,
-    asked,
-)
-from bcifs.print_command import MOST_TRIANGLES, announce, budget, loaded, tell
+from bcifs.part_options import PartOptions, with_part_options
+from bcifs.print_command import announce, loaded, tell
 from bcifs.progress import reporting
 
 LAYERS = "Layers"
 
 
+@with_part_options
 def slices(
     file: File,
     output: Annotated[
@@ -62,24 +43,8 @@ def slices(
         Literal["png", "svg"],
         typer.Option(help="Pictures of a bit a pixel, or outlines in mm.", rich_help_panel=LAYERS),
     ] = "png",
-    size: Size = None,
-    resolution: Resolution = None,
-    thickness: Thickness = 0.0,
-    thicken_by: ThickenBy = "ball",
-    depth: PieceDepth = None,
-    triangles: Triangles = MOST_TRIANGLES,
-    coarsen: Coarsen = False,
-    wall: Wall = None,
-    gap: Gap = None,
-    smallest: Smallest = 0.0,
-    islands: Islands = "keep",
-    strut: Strut = None,
-    hollow: Hollow = None,
-    turn: Turn = "keep",
-    base: Base = None,
-    margin: Margin = 0.0,
-    drain: Drain = None,
-    fit: FitInto = None,
+    *,
+    part: PartOptions,
 ) -> None:
     """Write the layers of a part as pictures or outlines, from the bottom up, with a manifest.
 
@@ -87,35 +52,18 @@ def slices(
     a layer, the size of a pixel and the place of the first one. One layer is kept at a time.
     """
     _check_place(output)
-    printable = asked(
-        wall=wall,
-        gap=gap,
-        smallest=smallest,
-        islands=islands,
-        strut=strut,
-        hollow=hollow,
-        turn=turn,
-        base=base,
-        margin=margin,
-        drain=drain,
-        fit=fit,
-    )
-    shape = loaded(file, set_, depth)
+    printable = part.printable()
+    shape = loaded(file, set_, part.depth)
     import export
     from bcifs.recipe import part_recipe
 
     with reporting() as progress:
         prepared = export.prepare(
             shape,
-            size=size,
-            resolution=resolution,
             pitch=pixel,
-            thickness=thickness,
-            thicken_by=thicken_by,
-            depth=depth,
+            **part.shaped(),
             printable=printable,
-            budget=budget(coarsen, triangles),
-            predicted=lambda found: announce(found, resolution),
+            predicted=lambda found: announce(found, part.resolution),
             progress=progress,
         )
         with writing(output):
