@@ -7,6 +7,7 @@ from pathlib import Path
 import numpy as np
 
 from export.formats.damage import AGAIN, Damaged
+from export.formats.endings import UnsupportedFormat, ending_of
 from export.formats.glb import write_glb
 from export.formats.obj import write_obj
 from export.formats.ply import write_ply
@@ -25,10 +26,6 @@ _WRITERS = {
 }
 WRITABLE = tuple(_WRITERS)
 READABLE = (*WRITABLE, ".off")
-
-
-class UnsupportedFormat(ValueError):
-    """The extension of a file names no format that can be written, or read."""
 
 
 class UnreadableMesh(ValueError):
@@ -62,13 +59,6 @@ def check_writable(path: str | os.PathLike[str]) -> None:
     """`UnsupportedFormat` unless `write_part` knows the extension: to ask before a long run."""
     if ending_of(path) not in WRITABLE:
         raise UnsupportedFormat(f"{path}: write {', '.join(WRITABLE)}")
-
-
-def ending_of(path: str | os.PathLike[str]) -> str:
-    """The ending of a path in small letters. `UnsupportedFormat` for what is no path."""
-    if not isinstance(path, (str, os.PathLike)):
-        raise UnsupportedFormat(f"the path of a file was expected, found {path!r}")
-    return Path(path).suffix.lower()
 
 
 def read_mesh(path: str | os.PathLike[str]) -> Mesh:

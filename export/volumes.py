@@ -7,8 +7,8 @@ from pathlib import Path
 import numpy as np
 from jaxtyping import Float
 
-from export.files import UnsupportedFormat
 from export.formats.atomic import whole_file
+from export.formats.endings import UnsupportedFormat
 from export.formats.openvdb import write_grid
 from ifs.measures.grid import Density
 

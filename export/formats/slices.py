@@ -13,10 +13,10 @@ from importlib.metadata import version
 import numpy as np
 from jaxtyping import Int64
 
-from export.files import UnsupportedFormat, ending_of
 from export.formats.archive import zip_archive
 from export.formats.atomic import whole_file, whole_folder
 from export.formats.deflate import zlib_stream
+from export.formats.endings import UnsupportedFormat, ending_of
 from export.formats.layers import CellBox, Picture, cell_box, layers
 from export.formats.scene import check_recipe
 from trees.tree import Tree

@@ -2,7 +2,7 @@
 
 import os
 
-from export.files import UnsupportedFormat, ending_of
+from export.formats.endings import UnsupportedFormat, ending_of
 from trees.errors import TreeError
 from trees.tree import Tree
 

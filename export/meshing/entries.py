@@ -10,6 +10,8 @@ from trees.tree import Tree
 Keys = UInt64[np.ndarray, " _keys"]
 Index = tuple[Int[np.ndarray, " _blocks"], UInt64[np.ndarray, "_groups 3"], Int[np.ndarray, " _slots"]]
 
+MAX_TRIANGLES = 2**30  # of which 32 bits number all vertices, with one more for each square
+
 
 def check_space(tree: Tree) -> None:
     """Raises `TreeError` where the tree is not of dimension 3."""

@@ -10,10 +10,9 @@ import numpy as np
 from jaxtyping import Bool, Float, Int, UInt8, UInt64
 
 from export.meshing.contacts import edges_at_corner, face_slots
-from export.meshing.entries import Index, Keys, brick_words
+from export.meshing.entries import MAX_TRIANGLES, Index, Keys, brick_words
 from export.meshing.joining import beside
 from export.meshing.sheets import Sheets, contact_sides, exact_corners, means
-from export.meshing.skin import MAX_TRIANGLES
 from ifs.mesh import Mesh
 from trees.errors import TooManyPieces
 from trees.tree import Tree

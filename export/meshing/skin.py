@@ -6,7 +6,7 @@ import numpy as np
 from jaxtyping import Float, Int, UInt64
 
 from export.meshing.crossings import Field, Gradient, share_of
-from export.meshing.entries import check_space, entries, indexed
+from export.meshing.entries import MAX_TRIANGLES, check_space, entries, indexed
 from export.meshing.grading import Grading
 from export.meshing.joining import join_at
 from ifs.mesh import Mesh
@@ -14,7 +14,6 @@ from trees.errors import TooManyPieces
 from trees.tree import Tree
 
 BATCH = 2**18
-MAX_TRIANGLES = 2**30  # of which 32 bits number all vertices, with one more for each square
 
 
 class EmptySolid(ValueError):
