@@ -14,7 +14,9 @@ from trees import Tree, to_array
 COUNTED = 128
 """Voxels along the longest side, at most, of the grids in which a shape is counted."""
 
-_TOLD = 2  # voxels of a figure from which on its content and its border are told apart
+_COUNTED_SOLID = 256  # as above, for the figures of a level, which are quickly counted
+_TOLD = 2  # voxels along a figure from which on its content and its border are told apart
+_SOLID = 12  # voxels along a figure from which on nearly all of what it meets is its content
 _ENTRY = 16  # bytes of an entry of a tree
 _ENTRIES = 1.6  # entries for each brick that is met
 _TRIANGLE = 32  # bytes of a mesh in memory, with half a vertex, and of what writing it takes
@@ -208,7 +210,7 @@ def growth(model: Model | Subject, frame: Frame, depth: int | None = None) -> La
     found = subject(model)
     resolution = max(frame.size)
     longest = frame.pitch * resolution
-    finer = _coarser(resolution, _ratio(found))
+    finer = _coarser(resolution, _ratio(found), _COUNTED_SOLID if found.grain else COUNTED)
     counts = [_counted(found, base, depth) for base in finer]
     base, (voxels, faces, reach) = finer[0], counts[0]
     power, face_power = (_power(finer, counts, which, found.dimension) for which in (0, 1))
@@ -221,7 +223,7 @@ def growth(model: Model | Subject, frame: Frame, depth: int | None = None) -> La
         faces = max(faces, round(more_faces * (base / other) ** face_power))
     solid = math.inf if depth is None else base * math.sqrt(3) / max(reach, 1e-300)
     if found.grain:
-        solid = _TOLD * longest / found.grain[0]
+        solid = _SOLID * longest / max(found.grain[0], 1e-300)
     sides = tuple(n / resolution for n in frame.size)
     return Law(
         base,
@@ -245,7 +247,7 @@ def _terms(
         return None
     power = found.grain[1]
     face_power = max(power - 1, 1) if power == found.dimension else power
-    voxels, faces = ([count[which] for count in counts[:2]] for which in (0, 1))
+    voxels, faces = [count[0] for count in counts[:2]], [count[1] for count in counts[:2]]
     return _two_terms(power, finer, voxels), _two_terms(face_power, finer, faces)
 
 
@@ -268,12 +270,12 @@ def _ratio(found: Subject) -> Fraction:
     return ratio if Fraction(1, 5) <= ratio <= Fraction(1, 2) else Fraction(1, 2)
 
 
-def _coarser(resolution: int, ratio: Fraction) -> list[int]:
+def _coarser(resolution: int, ratio: Fraction, most: int = COUNTED) -> list[int]:
     """Resolutions to count at: one in which pieces lie as in the given one, one coarser, others.
 
     Where the first is no whole number those on both sides of it are counted.
     """
-    steps = max(math.ceil(math.log(max(resolution, 1) / COUNTED) / -math.log(ratio) - 1e-9), 0)
+    steps = max(math.ceil(math.log(max(resolution, 1) / most) / -math.log(ratio) - 1e-9), 0)
     first = resolution * ratio**steps
     near = [max(round(first), 1), max(round(first * ratio), 1)]
     if first != near[0]:

@@ -5,8 +5,9 @@ from collections.abc import Callable
 from dataclasses import dataclass
 
 from export.voxels.estimate import Budget, Prediction, fitted
-from export.voxels.frame import TOLERANCE, Frame, Model, frame_around, in_grid, subject
+from export.voxels.frame import TOLERANCE, Frame, Model, Subject, frame_around, in_grid, subject
 from export.voxels.lattice import NotOnLattice, lattice_tree
+from export.voxels.level import at_depth
 from export.voxels.piece_walk import walked
 from trees import Tree
 
@@ -63,6 +64,7 @@ def voxelise(
     way: str = "auto",
     budget: Budget | None = None,
     progress: Progress | None = None,
+    predicted: Callable[[Prediction], None] | None = None,
 ) -> Cover:
     """The voxels that the pieces of a shape meet, as a tree of three axes whose cube says where they stand.
 
@@ -72,23 +74,31 @@ def voxelise(
 
     Pieces are subdivided until their certified box lies in one voxel, or all its sides are at most `part`
     voxels: then the voxels that it meets become black, so that `inner <= sqrt(3) (1 + part)` pitches. Smaller
-    parts give fewer voxels and take longer. With `depth` the boxes of the pieces at exactly that level are
-    filled instead (the sponge at level n, as a solid), and `inner` counts with their diagonal. A box that
-    reaches over the face of a voxel by at most `snap` pitches does not fill the one behind: `outer` is that
-    far, at corners, plus an estimate of rounding. With `snap=0` boxes are widened by that estimate, and
-    `outer` is 0: then lattice fractals have a layer of voxels around them.
+    parts give fewer voxels and take longer. A box that reaches over the face of a voxel by at most `snap`
+    pitches does not fill the one behind: `outer` is that far, at corners, plus an estimate of rounding. With
+    `snap=0` boxes are widened by that estimate, and `outer` is 0: then lattice fractals have a layer of
+    voxels around them.
+
+    With `depth` it is what the pieces at exactly that level draw, as a solid, that is covered. Where their
+    cells have a stated figure that is a segment, a polygon or has faces, this solid figure takes the place of
+    the attractor: the bounding box is its own, and `outer` and `inner` are distances from it
+    (`export.voxels.level.level_of` says how figures are filled). Elsewhere the boxes of the pieces are filled
+    (the sponge at level n), and `inner`, from the attractor, counts with their diagonal.
 
     "walk" goes through all pieces, depth first, and leaves out those whose voxels are black; grids of over
-    2^31 voxels are filled in blocks, so that memory is in proportion to the result. "lattice" works out each
+    2^30 voxels are filled in blocks, so that memory is in proportion to the result. "lattice" works out each
     arrangement of pieces in a box once (`export.voxels.lattice`), which is exact (`outer` is then rounding of
     the grid alone); "auto" takes it for large grids where it is quick, else walks. Both give the same voxels.
 
-    `progress("voxels", share)` is told from time to time. A budget is compared with a prediction first:
-    `export.voxels.estimate`.
+    `progress("voxels", share)` is told from time to time, first with 0 and at last with 1: the share of the
+    addresses that is behind, in which the labels of a cell count alike (the lattice tells the two ends only).
+    An exception that it raises ends the work and leaves nothing. A budget is compared with a prediction first
+    (`export.voxels.estimate`); `predicted` is told that prediction, of the resolution that is then used,
+    also where there is no budget.
 
-    Raises `ValueError` for numbers out of range and a shape that is a single point, `OverBudget`,
-    `TooFine` below the precision of doubles, `NotOnLattice` where that way is asked for, `NotContracting`
-    or `Undecided`, `GridTooLarge`, `trees.TooManyPieces`.
+    Raises `TypeError` for what is no shape or number, `ValueError` for numbers out of range and a shape that
+    is a single point, `OverBudget`, `TooFine` below the precision of doubles, `NotOnLattice` where that way
+    is asked for, `NotContracting` or `Undecided`, `GridTooLarge`, `trees.TooManyPieces`.
 
     >>> import ifs
     >>> found = voxelise(ifs.shape("menger-sponge"), 27)
@@ -96,14 +106,17 @@ def voxelise(
     (8000, 2.0, True)
     """
     _check(depth, part, snap, way)
-    frame = frame_around(model, resolution, pitch)
+    pieces, depth = at_depth(subject(model), model, depth)
+    frame = frame_around(pieces, resolution, pitch)
     asked = max(frame.size)
     prediction = None
-    if budget is not None:
-        frame, prediction = fitted(model, frame, budget, depth)
+    if budget is not None or predicted is not None:
+        frame, prediction = fitted(pieces, frame, budget or Budget(), depth)
+    if predicted is not None and prediction is not None:
+        predicted(prediction)
     tell = progress or (lambda stage, share: None)
     tell("voxels", 0.0)
-    cover = _covered(model, frame, asked, (depth, part, snap, way), prediction, tell)
+    cover = _covered(pieces, frame, asked, (depth, part, snap, way), prediction, tell)
     tell("voxels", 1.0)
     return cover
 
@@ -120,7 +133,7 @@ def _check(depth: int | None, part: float, snap: float, way: str) -> None:
 
 
 def _covered(
-    model: Model,
+    found: Subject,
     frame: Frame,
     asked: int,
     options: tuple[int | None, float, float, str],
@@ -132,14 +145,14 @@ def _covered(
     large = math.prod(frame.size) >= LARGE
     if way == "lattice" or (way == "auto" and snap > 0 and large and depth is None):
         try:
-            tree, reach = lattice_tree(subject(model), frame, part, depth, patient=way == "lattice")
+            tree, reach = lattice_tree(found, frame, part, depth, patient=way == "lattice")
         except NotOnLattice:
             if way == "lattice":
                 raise
         else:
             inner = diagonal + reach * frame.pitch + frame.rounding
             return Cover(tree, frame.rounding, inner, frame.size, asked, "lattice", 0, prediction)
-    found = walked(in_grid(model, frame), frame, part, depth, snap, lambda share, _: tell("voxels", share))
-    over = (snap + found.rounding) * diagonal if snap else 0.0
-    inner = diagonal + (found.reach + 2 * found.rounding) * frame.pitch + (snap + found.rounding) * diagonal
-    return Cover(found.tree, over, inner, frame.size, asked, "walk", found.pieces, prediction)
+    done = walked(in_grid(found, frame), frame, part, depth, snap, lambda share, _: tell("voxels", share))
+    over = (snap + done.rounding) * diagonal if snap else 0.0
+    inner = diagonal + (done.reach + 2 * done.rounding) * frame.pitch + (snap + done.rounding) * diagonal
+    return Cover(done.tree, over, inner, frame.size, asked, "walk", done.pieces, prediction)
