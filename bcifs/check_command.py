@@ -45,7 +45,10 @@ def check(
         import trees
 
         cells = trees.read_tree(tree)
-    report = export.check(found, tree=cells, wall=wall, gap=gap)
+    try:
+        report = export.check(found, tree=cells, wall=wall, gap=gap)
+    except ValueError as error:
+        raise ValueError(f"{mesh}: {error}") from None
     if joined is not None:
         report = replace(report, notes=(joined, *report.notes))
     if slicer:

@@ -2,7 +2,7 @@
 
 import math
 from collections.abc import Callable, Iterable, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from importlib.metadata import version
 
 import numpy as np
@@ -95,8 +95,17 @@ def make_part(
         raise ValueError(
             "features are those of a thickened shape in the smooth style: give a thickness, and no depth"
         )
+    if merge and style != "exact":
+        raise ValueError(
+            "flat squares are merged in the exact style: ask for it, a thickened shape is smooth"
+        )
     if merge or features is not None or grading is not None:
         check_wishes(Wishes(grading, merge), style, contacts, None)
+    if grading is not None and printable is not None and replace(printable, fit=None).asked:
+        raise ValueError(
+            "blocks would undo what makes a part printable: leave out the blocks, or all steps but the build "
+            "volume"
+        )
     tell = progress or (lambda stage, share: None)
     prepared = prepare(
         shape,
@@ -112,11 +121,12 @@ def make_part(
         predicted=predicted,
         progress=tell,
     )
-    tree = prepared.tree
+    tree, steps = prepared.tree, prepared.steps
     if grading is not None:
         _require_blocks(thickness, grading, tree.cell_size)
         _require_regions(grading, tree)
         tree = graded(tree, grading, prepared.field)
+        steps = (*steps, _told_blocks(grading, prepared.tree, tree))
     tell("surface", 0.0)
     mesh = skin(tree, style, contacts, prepared.field, grading=grading, merge=merge, features=features)
     tell("check", 0.0)
@@ -130,17 +140,24 @@ def make_part(
         **_told(contacts, merge, features, grading),
         "Application": f"bcifs {version('bcifs')}",
     }
-    return Part(mesh, tree, report, recipe, prepared.steps)
+    return Part(mesh, tree, report, recipe, steps)
 
 
 def _require_blocks(thickness: float, grading: Grading, pitch: float) -> None:
     size = grading.block * pitch
     if 0 < thickness < ACROSS * size * (1 - 1e-9):
-        fits = max(math.floor(thickness / (ACROSS * pitch) * (1 + 1e-9)), 1).bit_length() - 1
+        most = 2 ** (max(math.floor(thickness / (ACROSS * pitch) * (1 + 1e-9)), 1).bit_length() - 1)
+        advice = f"take blocks of {most} voxels, or" if most > 1 else "take no blocks, or"
         raise ValueError(
-            f"walls of {thickness:.4g} mm are less than {ACROSS} blocks of {size:.4g} mm: take blocks of "
-            f"{2**fits} voxels, or a higher resolution"
+            f"walls of {thickness:.4g} mm are less than {ACROSS} blocks of {size:.4g} mm: {advice} a higher "
+            "resolution"
         )
+
+
+def _told_blocks(grading: Grading, fine: Tree, coarse: Tree) -> Step:
+    side, before, after = grading.block * fine.cell_size, fine.measure, coarse.measure
+    words = f"of {side:.4g} mm outside of {len(grading.regions)} regions; {after:.5g} mm^3, not {before:.5g}"
+    return Step("blocks", words, {"side": side, "before": before, "after": after})
 
 
 def _require_regions(grading: Grading, tree: Tree) -> None:

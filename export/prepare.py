@@ -21,6 +21,7 @@ FINEST = 20_000
 BUDGET = Budget(triangles=60_000_000, memory=8 * 2**30)
 MOST_THICKENED = 2_000_000_000
 LARGE = 300  # voxels along a side from which on the amounts are predicted first
+MANY = 10_000_000  # triangles, more than a part below that has
 MOST_FACETS = 100_000
 DEEPEST = 29
 ACROSS = 2  # voxels across a wall that comes out as thick as it was asked
@@ -99,7 +100,7 @@ def prepare(
     if resolution is None and pitch is None:
         resolution, steps = _chosen_resolution(shape, depth, longest, lengths)
     tell = progress or (lambda stage, share: None)
-    large = (longest / pitch if pitch else resolution or 0) >= LARGE
+    large = (longest / pitch if pitch else resolution or 0) >= LARGE or (budget.triangles or MANY) < MANY
     covered = voxelise(
         shape,
         resolution,

@@ -9,10 +9,12 @@ import ifs
 from export import (
     Budget,
     DoesNotFit,
+    Grading,
     OverBudget,
     Part,
     Prediction,
     Printable,
+    Region,
     TooThick,
     TooThin,
     make_part,
@@ -297,3 +299,44 @@ def test_the_prediction_is_told_once():
     budget = Budget(triangles=100_000, exceeded="coarsen")
     part = make_part(ifs.shape("menger-sponge"), resolution=5000, budget=budget, predicted=told.append)
     assert [str(found.resolution) for found in told] == [part.recipe["Resolution"]]
+
+
+def test_blocks_are_told_and_go_with_no_steps() -> None:
+    sponge = ifs.shape("menger-sponge")
+    made = make_part(sponge, size=27, resolution=81, depth=1, grading=Grading(2))
+    assert made.report.ok
+    (told,) = made.steps
+    assert told.figures["side"] == pytest.approx(2 / 3)
+    assert told.figures["before"] == pytest.approx(20 * 9**3)
+    assert told.figures["after"] == pytest.approx(made.report.volume)
+    with pytest.raises(ValueError, match="blocks would undo"):
+        make_part(sponge, resolution=27, depth=0, grading=Grading(2), printable=Printable(hollow=6))
+    with pytest.raises(ValueError, match="misses the part"):
+        make_part(sponge, depth=1, grading=Grading(2, (Region((-9, -9, -9), (-1, -1, -1)),)))
+    with pytest.raises(ValueError, match="less than 2 blocks"):
+        make_part(sponge, size=27, resolution=27, thickness=2, grading=Grading(4))
+
+
+def test_thickened_blocks_keep_their_volume() -> None:
+    """Blocks of a thick shell: black where the field is at most 0 in their middles."""
+    patch = ifs.shape("catmull-clark-patch")
+    fine = make_part(patch, size=40, resolution=80, thickness=4)
+    coarse = make_part(patch, size=40, resolution=80, thickness=4, grading=Grading(4))
+    assert coarse.report.ok
+    assert coarse.report.triangles < fine.report.triangles / 8
+    assert coarse.report.volume == pytest.approx(fine.report.volume, rel=0.05)
+
+
+def test_merged_squares_and_kept_edges_of_parts() -> None:
+    sponge = ifs.shape("menger-sponge")
+    plain, merged = (make_part(sponge, size=27, depth=2, merge=merge) for merge in (False, True))
+    assert merged.report.triangles < plain.report.triangles
+    assert (merged.report.volume, merged.report.genus) == (pytest.approx(plain.report.volume), (81,))
+    koch = ifs.shape("koch-curve")
+    sharp = make_part(koch, size=40, resolution=80, thickness=4, thicken_by="box", features=30)
+    assert sharp.report.ok
+    assert sharp.mesh.vertices[:, 2].max() == pytest.approx(2, abs=1e-3)
+    with pytest.raises(ValueError, match="exact style"):
+        make_part(koch, thickness=4, merge=True)
+    with pytest.raises(ValueError, match="give a thickness"):
+        make_part(sponge, features=30)

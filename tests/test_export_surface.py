@@ -107,7 +107,7 @@ def test_menger_levels_have_their_genus_and_volume(level, genus, style, contacts
     assert not has_contacts(voxels)
     assert (voxels.components(), voxels.holes, voxels.cavities) == (1, genus, 0)
     mesh = surface(voxels, style, contacts)
-    report = check(mesh)
+    report = check(mesh, quick=True)
     assert report.ok
     assert report.genus == (genus,)
     if style == "exact":
@@ -146,7 +146,7 @@ def test_any_voxels_give_a_manifold(style, contacts, filled, seed) -> None:
 @given(filled=blocks)
 def test_exact_volume_and_area(filled) -> None:
     for contacts, voxels in (("separate", unit(filled)), ("join", join_contacts(unit(filled)))):
-        report = check(surface(unit(filled), "exact", contacts, gap=0))
+        report = check(surface(unit(filled), "exact", contacts, gap=0), quick=True)
         assert report.volume == pytest.approx(voxels.volume, rel=1e-12)
         padded = np.pad(voxels.filled, 1)
         squares = sum(np.count_nonzero(np.diff(padded, axis=axis)) for axis in range(3))
@@ -249,7 +249,7 @@ def test_manifold3d_takes_every_mesh(style, filled, seed) -> None:
             manifold3d.Mesh(mesh.vertices.astype(np.float32), mesh.faces.astype(np.uint32))
         )
         assert loaded.status() == manifold3d.Error.NoError
-        assert loaded.volume() == pytest.approx(check(mesh).volume, rel=1e-4, abs=1e-4)
+        assert loaded.volume() == pytest.approx(check(mesh, quick=True).volume, rel=1e-4, abs=1e-4)
 
 
 def test_same_voxels_same_mesh_wherever_the_array_lies_in_memory() -> None:

@@ -11,7 +11,7 @@ from export.printable.base import with_base
 from export.printable.drains import Drain, drained
 from export.printable.fields import agreeing, turned_field
 from export.printable.fitting import DoesNotFit, Turn, fits, turned, turns
-from export.printable.frame import cells_up, check_solid
+from export.printable.frame import box_of, cells_up, check_solid, mm_of
 from export.printable.hollow import hollowed
 from export.printable.islands import islands
 from export.printable.narrow import gaps_at_least, least_wall, thin_walls, tight_gaps, walls_at_least
@@ -101,13 +101,13 @@ def _walls(made: Made, asked: Printable, joined: bool) -> Made:
     thin, before = thin_walls(made.tree, limit)
     figures = {"limit": limit, "places": len(before.places)}
     if not thin:
-        return _then(made, made.tree, "walls", f"none is thinner than {limit:g} mm", **figures)
+        return _then(made, made.tree, "walls", f"none found thinner than {limit:g} mm", **figures)
     least = least_wall(made.tree, limit)
     tree, _ = walls_at_least(made.tree, limit)
     added = tree.measure - made.tree.measure
     words = (
         f"{_count(len(before.places), 'place')} thinner than {limit:g} mm, the thinnest of about "
-        f"{least:.3g} mm, made as thick; {added:.4g} mm^3 added"
+        f"{least:.3g} mm, made as thick, to about a voxel; {added:.4g} mm^3 added"
     )
     return _then(made, tree, "walls", words, **figures, least_before=least, least_after=limit, added=added)
 
@@ -117,7 +117,13 @@ def _gaps(made: Made, asked: Printable, joined: bool) -> Made:
     tree, before = gaps_at_least(made.tree, limit)
     figures = {"limit": limit, "places": len(before.places)}
     if not before.places:
-        return _then(made, made.tree, "gaps", f"none is narrower than {limit:g} mm", **figures)
+        return _then(
+            made,
+            made.tree,
+            "gaps",
+            f"none found narrower than {limit:g} mm, corners and short tunnels aside",
+            **figures,
+        )
     added = tree.measure - made.tree.measure
     words = f"{_count(len(before.places), 'place')} narrower than {limit:g} mm filled; {added:.4g} mm^3 added"
     return _then(made, tree, "gaps", words, **figures, added=added)
@@ -173,9 +179,15 @@ def _turn(made: Made, asked: Printable, joined: bool) -> Made:
         for row in turn
     )
     tree = turned(made.tree, turn)
+    low, high = mm_of(tree, box_of(tree) + np.array([[0], [1]]))
+    place = " to ".join("(" + ", ".join(f"{x:.4g}" for x in corner) + ")" for corner in (low, high))
     follows = None if made.field is None else turned_field(made.field, made.tree, turn)
     return _then(
-        replace(made, field=follows), tree, "turn", f"(x, y, z) is now ({', '.join(rows)})", turned=1
+        replace(made, field=follows),
+        tree,
+        "turn",
+        f"(x, y, z) is now ({', '.join(rows)}), from {place} mm",
+        turned=1,
     )
 
 
