@@ -10,7 +10,7 @@ demo: $(READY)
 	$(RUN) bcifs.demo
 
 test: $(READY)
-	$(RUN) pytest -n auto
+	$(RUN) pytest -n auto --dist worksteal
 
 lint: $(READY)
 	$(RUN) ruff check .

@@ -92,7 +92,7 @@ def test_boxes_count_the_similarity_dimension(source):
 
 
 def test_wrong_requests_for_boxes():
-    with pytest.raises(ValueError, match="4 scales"):
+    with pytest.raises(ValueError, match="number of scales is a whole number, 4 or more"):
         box_counting(ifs.shape("koch-curve"), scales=3)
     with pytest.raises(ValueError, match="coincide"):
         box_counting(ifs.shape("koch-curve", control=np.zeros((3, 2))))
