@@ -16,8 +16,8 @@ from export.voxels.voxelise import voxelise
 FACTOR = 1.5
 ON_A_GRID = ("koch-curve", "menger-sponge", "sierpinski-tetrahedron", "sierpinski-triangle")
 GRIDS = [
-    *((name, n) for name in automata.builtin_names() for n in (81, 150)),
-    *((name, n) for name in ON_A_GRID for n in (192, 243)),
+    *((name, 150) for name in automata.builtin_names()),
+    *((name, n) for name in ON_A_GRID for n in (81, 243)),
 ]
 
 

@@ -153,7 +153,7 @@ def counts(black: np.ndarray) -> tuple[int, int, int, int]:
     return int(black.sum()), squares, outer + inner, 2 * euler
 
 
-@settings(max_examples=12, deadline=None)
+@settings(max_examples=8, deadline=None)
 @given(towers(), st.sampled_from([1, 2]), st.sampled_from([1.0, 0.3, 7.7]))
 def test_towers_of_boxes(tower, fine, unit):
     size, stacked = tower
