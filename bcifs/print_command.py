@@ -75,7 +75,8 @@ def print_part(
 ) -> None:
     """Make a printable part: voxels that cover the shape, thickened, meshed, checked and written.
 
-    From 300 voxels a side on, amounts are predicted first; beyond 20 million triangles or 8 GiB it refuses.
+    From 300 voxels a side on, or for fewer than 10 million triangles allowed, amounts are predicted first;
+    beyond 20 million triangles or 8 GiB, unless told otherwise, it refuses.
 
     What was done to make the part printable is told line by line. A part that fails the check is not written.
     """

@@ -69,16 +69,17 @@ def make_part(
     and below one it is refused. In the exact style it is that thick to two voxels.
     `depth` prints the pieces of that level as solids instead of the limit: the figures that their cells state
     (tetrahedra of the Sierpinski tetrahedron; `size` is then that of these figures), else the boxes around
-    them (cubes of the sponge). The surface is smooth when the
-    shape is thickened and else shows its voxels, unless `style` says otherwise. Where voxels touch at an
-    edge or a corner only they are joined, or, `contacts="separate"`, kept apart. `merge` makes rectangles of
-    the squares of the exact style, `features` keeps edges and corners of a thickened shape from an angle in
-    degrees on, `grading` takes blocks of voxels outside of regions: see `export.skin`. `printable` says what
-    else is to be done to the voxels, from least walls to drains.
+    them (cubes of the sponge). The surface is smooth when the shape is thickened and else shows its voxels,
+    unless `style` says otherwise. Where voxels touch at an edge or a corner only they are joined, or,
+    `contacts="separate"`, kept apart. `merge` makes rectangles of the squares of the exact style, `features`
+    keeps edges and corners of a thickened shape from an angle in degrees on, `grading` takes blocks of voxels
+    outside of regions: see `export.skin`. `printable` says what else is to be done to the voxels, from least
+    walls to drains; with a grading only the build volume may be asked, for blocks would undo the rest.
 
-    From 300 voxels a side on, amounts are predicted before any work, told to `predicted`, and compared with
-    `budget`: 60 million triangles and 8 GiB unless given, beyond which it refuses; a
-    budget that coarsens lowers the resolution instead. `progress(stage, share)` is called from time to time.
+    From 300 voxels a side on, or for a budget of less than 10 million triangles, amounts are predicted before
+    any work, told to `predicted`, and compared with `budget`: 60 million triangles and 8 GiB unless given,
+    beyond which it refuses; a budget that coarsens lowers the resolution instead. `progress(stage, share)` is
+    called from time to time.
 
     Raises `ValueError` for lengths and counts that make no sense, `TooThin`, `OverBudget`, `TooThick`,
     `DoesNotFit` where it does not fit the build volume, `ifs.NotContracting`.

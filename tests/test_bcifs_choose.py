@@ -6,18 +6,11 @@ from fractions import Fraction
 import pytest
 
 import automata
-from bcifs.__main__ import main
 
 
 @pytest.fixture
-def run(capsys):
-    def command(*arguments):
-        code = main(["choose", *arguments])
-        out, err = capsys.readouterr()
-        assert "Traceback" not in err
-        return code, out, err
-
-    return command
+def run(run):
+    return lambda *arguments: run("choose", *arguments)
 
 
 def test_the_table_can_be_pasted(run):

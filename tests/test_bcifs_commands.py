@@ -9,7 +9,6 @@ from pathlib import Path
 import pytest
 
 import automata
-from bcifs.__main__ import main
 
 CURVE = """
 format = "bcifs/1"
@@ -30,17 +29,6 @@ adjacency = ["0 right = 1 left"]
 [control]
 points = [[0, 0], [30, 60], [60, 0]]
 """
-
-
-@pytest.fixture
-def run(capsys):
-    def command(*arguments):
-        code = main([str(argument) for argument in arguments])
-        out, err = capsys.readouterr()
-        assert "Traceback" not in err
-        return code, out, err
-
-    return command
 
 
 def written(folder: Path, change: tuple[str, str] = ("", "")) -> Path:

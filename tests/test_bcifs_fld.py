@@ -9,7 +9,6 @@ from PIL import Image
 
 import automata
 import ifs
-from bcifs.__main__ import main
 from bcifs.behaviours.picture import LEFT_COLOUR, RIGHT_COLOUR, draw_report
 from bcifs.behaviours.report import parse_parts, report
 from bcifs.behaviours.roughness import colours, draw_roughness, levels_of
@@ -24,17 +23,6 @@ CURVE_KEYS = {
     "kind", "name", "address", "point", "parameter", "critical_order", "ratios", "left", "right", "joint",
     "twin", "local_orders", "holder", "derivatives", "terms",
 }  # fmt: skip
-
-
-@pytest.fixture
-def run(capsys):
-    def command(*arguments):
-        code = main([str(argument) for argument in arguments])
-        out, err = capsys.readouterr()
-        assert "Traceback" not in err
-        return code, out, err
-
-    return command
 
 
 def rgb(colour):

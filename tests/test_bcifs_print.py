@@ -9,19 +9,7 @@ import pytest
 from PIL import Image
 
 import export
-from bcifs.__main__ import main
 from bcifs.part_options import build_volume
-
-
-@pytest.fixture
-def run(capsys):
-    def command(*arguments):
-        code = main([str(argument) for argument in arguments])
-        out, err = capsys.readouterr()
-        assert "Traceback" not in err
-        return code, out, err
-
-    return command
 
 
 def block(*options: object) -> list[object]:

@@ -3,7 +3,6 @@
 import numpy as np
 import pytest
 
-from bcifs.__main__ import main
 from export import read_mesh
 from export.control_files import read_control_mesh
 
@@ -25,16 +24,13 @@ f 1 5 7 3
 
 
 @pytest.fixture
-def run(capsys, tmp_path):
+def run(run, tmp_path):
     (tmp_path / "cube.obj").write_text(CUBE + "f 2 4 8 6\n")
     (tmp_path / "box.obj").write_text(CUBE)
 
     def command(*arguments):
         files = (".obj", ".stl", ".step", ".png", ".doc")
-        code = main([str(tmp_path / a) if str(a).endswith(files) else str(a) for a in arguments])
-        out, err = capsys.readouterr()
-        assert "Traceback" not in err
-        return code, out, err
+        return run(*(tmp_path / a if str(a).endswith(files) else a for a in arguments))
 
     return command
 

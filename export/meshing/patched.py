@@ -45,7 +45,7 @@ def check_wishes(wishes: Wishes, style: str, contacts: str, field: Field | None)
     if contacts != "join":
         raise ValueError("a grading, merged squares and features take joined contacts, not separate ones")
     if wishes.merge and style != "exact":
-        raise ValueError(f"merged squares are those of the exact style, not of the {style} one")
+        raise ValueError(f"merged squares are those of the exact style: ask for it, not for the {style} one")
     if wishes.gradient is not None and wishes.features is None:
         raise ValueError("a gradient is for features: say from which angle on, in degrees")
     if wishes.features is None:
